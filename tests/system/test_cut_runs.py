@@ -16,8 +16,9 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.programs.group import build_all, symbols_of
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.job import Job
-from kilotwin.session.pace import MOST_TICKS
-from kilotwin.session.worker import Trial, _make_folder
+from kilotwin.session.loop import NEVER, Attention
+from kilotwin.session.trial import Trial
+from kilotwin.session.worker import _make_folder
 from kilotwin.studies.scenario.looks import Looks
 
 # Keys of a summary that tell of the machine: its time and memory, and where the run lies.
@@ -320,16 +321,27 @@ WORLDS = [
 ]
 
 
+class Cuts(Attention):
+    """Comes round after `most` ticks, whatever they took."""
+
+    def __init__(self, most: Callable[[], int]) -> None:
+        super().__init__(0.0)
+        self._most = most
+
+    def step(self, now: int) -> None:
+        if now >= self._due:
+            self._due = now + self._most()
+
+
 class CutTrial(Trial[Any]):
     """A trial that asks the engine for `most` ticks at a time at most."""
 
     def __init__(self, job: Job, make: Callable[[], Any], most: Callable[[], int]) -> None:
-        super().__init__(job, lambda _: None, make)
         self._most = most
-        self._clock = lambda: 0.0  # what a call takes cuts nothing
+        super().__init__(job, lambda _: None, make)
 
-    def _allowed_ticks(self) -> int:
-        return self._most()
+    def _make_attention(self) -> Attention:
+        return Cuts(self._most)
 
 
 @pytest.fixture
@@ -349,7 +361,7 @@ def load(tmp_path: Path, guest_cache: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def whole() -> int:
-    return MOST_TICKS
+    return NEVER
 
 
 def cuts(seed: int) -> Callable[[], int]:
@@ -420,7 +432,7 @@ def test_a_world_goes_the_same_way_however_it_is_stepped_and_looked_at(
         with World(tmp_path / "cut.toml") as world:
             has_grid = name == "grid"
             while world.tick < 300:
-                world.run_ticks(min(most() if looks else MOST_TICKS, 300 - world.tick))
+                world.run_ticks(min(most() if looks else NEVER, 300 - world.tick))
                 if looks:
                     _ = world.events, world.poses, world.result_hash, world.metrics
                     _ = has_grid and (world.grid_events, world.cells, world.modules)

@@ -100,10 +100,10 @@ def record(
     if via is not None or poses is not None:
         if buses or join:
             raise InputError("--via: --can and --join are a grid's; leave them out")
-        table = _table(via, poses, speed)
+        setup = _setup(via, poses, speed)
         with seen as viewer:
             shown = beside(display, viewer)
-            played = overhead_recording.record(loaded, table, out, sys.argv, shown)
+            played = overhead_recording.record(loaded, setup, out, sys.argv, shown)
             _end(played, terminal.environment_record_text, viewer, as_json=as_json)
     if loaded.keys.environment is not None:
         what = "an [environment] goes by --via ohc:PORT and --poses udp:HOST:PORT; add both"
@@ -131,7 +131,7 @@ def record(
         _end(outcome, terminal.record_text, viewer, as_json=as_json)
 
 
-def _table(via: str | None, poses: str | None, speed: float) -> overhead_recording.Table:
+def _setup(via: str | None, poses: str | None, speed: float) -> overhead_recording.Setup:
     """The table that --via and --poses name."""
     if via is None:
         raise InputError("--poses needs --via ohc:PORT; add it")
@@ -140,7 +140,7 @@ def _table(via: str | None, poses: str | None, speed: float) -> overhead_recordi
         raise InputError(f"--via {via}: allowed: ohc:PORT; a grid is named by --can")
     if poses is None:
         raise InputError(f"--via {via} needs --poses udp:HOST:PORT; add it")
-    return overhead_recording.Table(named.port, parse_address(poses), speed)
+    return overhead_recording.Setup(named.port, parse_address(poses), speed)
 
 
 def _end(

@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from kilotwin.session.pace import MOST_TICKS
+from kilotwin.session.loop import NEVER, Companion
 
 STEERED = "steered"
 """The kind of an event after which the run is not what its experiment says."""
@@ -33,7 +33,7 @@ def _order_of(event: Mapping[str, Any]) -> dict[str, Any]:
     return {"id": 0, "told": event["text"], **keys}
 
 
-class Repetition:
+class Repetition(Companion):
     """Carries acts out again, each at its tick."""
 
     def __init__(self, acts: Iterable[Act], do: Callable[[dict[str, Any]], None]) -> None:
@@ -41,11 +41,11 @@ class Repetition:
         self._acts = deque(acts)
         self._do = do
 
-    def ticks(self, tick: int) -> int:
-        """Does what is due by `tick`; returns how far the run may go on then.
-
-        InputError if it cannot be done: then this is another run by now.
-        """
-        while self._acts and self._acts[0][0] <= tick:
+    def step(self, now: int) -> None:
+        """Does what is due. InputError if it cannot be done: then this is another run by now."""
+        while self._acts and self._acts[0][0] <= now:
             self._do(self._acts.popleft()[1])
-        return self._acts[0][0] - tick if self._acts else MOST_TICKS
+
+    def next_due(self) -> int:
+        """The tick of the next."""
+        return self._acts[0][0] if self._acts else NEVER

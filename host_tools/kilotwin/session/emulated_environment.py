@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.environment_record import EnvironmentEvents, EnvironmentMemory
+from kilotwin.session.loop import Companion
 from kilotwin.table.environment.camera import EmulatedCamera
 from kilotwin.table.environment.outbox import Sending
 from kilotwin.table.environment.play import Play
@@ -22,13 +23,14 @@ if TYPE_CHECKING:
     from kilotwin._emulator import Simulation
 
 
-class EmulatedEnvironment:
-    """Made before t = 0; step() and the engine's advance() take turns."""
+class EmulatedEnvironment(Companion):
+    """Made before t = 0."""
 
-    def __init__(self, experiment: Experiment) -> None:
+    def __init__(self, experiment: Experiment, simulation: "Simulation") -> None:
         """InputError if the program cannot be made. keep() says who is told what happens."""
         keys = experiment.keys
         assert keys.environment is not None
+        self._simulation = simulation
         self._first = EnvironmentMemory()
         self._record: EnvironmentEvents = self._first
         self.play = Play(experiment, self)
@@ -56,21 +58,18 @@ class EmulatedEnvironment:
         """See play.Listener."""
         self._record.note(time_s, text)
 
-    def step(self, simulation: "Simulation") -> None:
-        """Does what is due at the engine's time; then the engine may advance by ticks_until_due().
-
-        Nothing happens at other times: the run does not depend on how its caller cuts it up.
-        """
-        tick = simulation.tick
-        now_s = tick * TICK_S
-        while self._camera.tick_of(self._pictures) <= tick:
-            seen = self._camera.picture(self._pictures, now_s, simulation.snapshot())
+    def step(self, now: int) -> None:
+        """Takes a picture, or shows the program one, if it is time to; then shines until the next
+        such moment."""
+        now_s = now * TICK_S
+        while self._camera.tick_of(self._pictures) <= now:
+            seen = self._camera.picture(self._pictures, now_s, self._simulation.snapshot())
             shown = math.ceil((now_s + self._delay_s) / TICK_S - 1e-9)
             self._developing.append((shown, seen))
             self._pictures += 1
-        while self._developing and self._developing[0][0] <= tick:
+        while self._developing and self._developing[0][0] <= now:
             self._show(self._developing.popleft()[1], now_s)
-        self._shine(simulation, self._due_tick(tick))
+        self._shine(now, self._due_tick(now))
 
     def _show(self, seen: Seen, now_s: float) -> None:
         """Keeps all that was sent until a mistake of the program."""
@@ -80,9 +79,9 @@ class EmulatedEnvironment:
             self.close()
             raise
 
-    def ticks_until_due(self, simulation: "Simulation") -> int:
-        """How far the engine may advance before the next step()."""
-        return self._due_tick(simulation.tick) - simulation.tick
+    def next_due(self) -> int:
+        """The end of the world step in which something is due."""
+        return self._due_tick(self._simulation.tick)
 
     def _due_tick(self, tick: int) -> int:
         """The end of the world step in which something is due: 1 tick or more after `tick`."""
@@ -92,30 +91,30 @@ class EmulatedEnvironment:
         steps = max(1, math.ceil((due - tick) / self._step_ticks))
         return tick + steps * self._step_ticks
 
-    def _shine(self, simulation: "Simulation", until: int) -> None:
+    def _shine(self, now: int, until: int) -> None:
         """Hands the engine the frames up to the tick `until`."""
-        begin = max(self._lit_until, simulation.tick)
+        begin = max(self._lit_until, now)
         if until <= begin:
             return
-        begin_s, end_s, now_s = begin * TICK_S, until * TICK_S, simulation.tick * TICK_S
+        begin_s, end_s, now_s = begin * TICK_S, until * TICK_S, now * TICK_S
         for sending in self.play.sendings(begin_s, end_s):
             self._controller.take(sending.packet, sending.there_s)
         for at_s, frame in self._controller.frames(begin_s, end_s):
-            simulation.shine(frame, at_s - now_s)
+            self._simulation.shine(frame, at_s - now_s)
         self._lit_until = until
 
-    def summary(self, stats: dict[str, int | float], robots: int) -> dict[str, Any]:
-        """The `environment` part of a run's summary; `stats` are the engine's.
-
-        `heard`: share of the controller's frames that a robot received, over all robots.
-        """
+    def summary(self) -> dict[str, Any]:
+        """`environment`, with `heard`: share of the controller's frames that a robot received, over
+        all robots."""
+        stats, robots = self._simulation.stats(), self._simulation.robots
         frames = int(stats["frames_from_above"])
         heard = stats["received_from_above"] / (frames * robots) if frames else None
-        return {
+        play = {
             **self.play.summary(),
             "frames": frames,
             "heard": None if heard is None else round(heard, 4),
         }
+        return {"environment": play}
 
     def close(self) -> None:
         """Ends the files."""

@@ -11,6 +11,7 @@ from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.grid_record import GridEvents, GridRecord
 from kilotwin.runs.tracking import sites_of_cells
 from kilotwin.runs.writer import RunWriter
+from kilotwin.session.loop import NEVER, Companion
 from kilotwin.table.grid.conductor import Conductor, set_up_s
 from kilotwin.table.grid.emulated_links import EmulatedLinks
 from kilotwin.units import TICK_S, ticks
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 # Beyond the end of the run, for the host to leave robots and modules idle.
 _ENDING_S = 30.0
-_NEVER = 2**62
 
 
 def lead_ticks(experiment: Experiment) -> int:
@@ -31,7 +31,7 @@ def lead_ticks(experiment: Experiment) -> int:
     return ticks(set_up_s(plan, len(config_differences(experiment)), step_s))
 
 
-class EmulatedHost:
+class EmulatedHost(Companion):
     """Steps the conductor beside the engine."""
 
     def __init__(
@@ -95,9 +95,9 @@ class EmulatedHost:
         if not self._away:
             self._due_tick = min(self._due_tick, self._next_due_tick())
 
-    def ticks_until_due(self) -> int:
-        """How far the engine may advance before the host wants to act; at least 1."""
-        return max(1, self._due_tick - self.simulation.tick)
+    def next_due(self) -> int:
+        """When the host wants to act."""
+        return self._due_tick
 
     def _next_due_tick(self) -> int:
         now_s = self._now_s
@@ -106,18 +106,14 @@ class EmulatedHost:
             times.append(self.conductor.next_step_s())
         due_s = min(times, default=math.inf)
         if math.isinf(due_s):
-            return _NEVER
+            return NEVER
         return max(self.simulation.tick + 1, math.ceil(due_s / TICK_S - 1e-6))
 
-    def step(self) -> None:
-        """Does what is due at the engine's time, if anything, unless the host is away.
-
-        Steps at other times would make the run depend on how its caller cuts it up.
-        """
-        if self.simulation.tick < self._due_tick:
-            return
-        self._act(self._now_s)
-        self._due_tick = self._next_due_tick()
+    def step(self, now: int) -> None:
+        """Does what is due, if anything, unless the host is away."""
+        if now >= self._due_tick:
+            self._act(self._now_s)
+            self._due_tick = self._next_due_tick()
 
     def _act(self, now_s: float) -> None:
         was_away = self._away
@@ -132,24 +128,24 @@ class EmulatedHost:
             self.conductor.step(now_s)
         self.record.flush()
 
-    def finish(self) -> None:
+    def close(self) -> None:
         """Robots and modules idle, files closed; the engine goes on for as long as that takes."""
         self.conductor.end()
         end = self.simulation.tick + ticks(_ENDING_S)
         while self.conductor.phase != "done" and self.simulation.tick < end:
             self.simulation.advance(1)
             self.conductor.step(self._now_s)
-        self.close()
+        self.leave()
 
-    def close(self) -> None:
-        """Leaves the buses; the files are whole."""
+    def leave(self) -> None:
+        """Leaves the buses, and robots and modules as they are; the files are whole."""
         self._links.close()
         self.record.close()
 
     def summary(self) -> dict[str, Any]:
-        """The `grid` part of a run's summary."""
+        """`grid`."""
         poller = self.conductor.controller.poller
-        return {
+        grid = {
             "reports": poller.counts.reports,
             "polls": poller.counts.asked,
             "polls_missed": poller.counts.missed,
@@ -160,6 +156,7 @@ class EmulatedHost:
             "cells": self.simulation.cell_stats(),
             "kilodat": self.record.kilodat and str(self.record.kilodat),
         }
+        return {"grid": grid}
 
     @property
     def _now_s(self) -> float:

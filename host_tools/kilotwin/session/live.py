@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from kilotwin.errors import InputError
@@ -9,7 +10,8 @@ from kilotwin.experiment.schema.record import EXTRA_OF
 from kilotwin.runs.columns import COUNTERS
 from kilotwin.runs.packing import for_page, pack
 from kilotwin.session.live_link import LiveLink
-from kilotwin.session.pace import MOST_TICKS, Pace
+from kilotwin.session.loop import NEVER, Companion
+from kilotwin.session.pace import Pace
 from kilotwin.session.steering import Steering
 from kilotwin.units import seconds
 
@@ -45,7 +47,7 @@ def packed_moment(snapshot: "Samples", zero_tick: int, **more: Any) -> bytes:
     return pack({"time_s": time_s, **more}, for_page(columns))
 
 
-class Live:
+class Live(Companion):
     """Answers the viewer of one run, and lets it be steered."""
 
     def __init__(
@@ -55,16 +57,43 @@ class Live:
         steering: Steering | None = None,
         *,
         grid: bool = False,
+        zero_tick: Callable[[], int] = lambda: 0,
+        waits: Callable[[], None] = lambda: None,
+        others: tuple[int, ...] = (),
     ) -> None:
-        """Without `steering` it is only seen; `grid`: there are modules to be seen."""
+        """Without `steering` it is only seen; `grid`: there are modules to be seen.
+
+        `zero_tick` is that of the run's begin. `waits` is called before it waits while the run may
+        not go on: until something comes here or at the descriptors `others`, or for a moment.
+        """
         self._grid = grid
+        self._zero_tick = zero_tick
+        self._waits = waits
+        self._others = others
+        self._due = NEVER
         self._link = LiveLink(descriptor)
         self._simulation = simulation
         self._steering = steering
         self._asked = self._closely = False
 
-    def heed(self, zero_tick: int) -> None:
-        """Does what was asked since the last call; `zero_tick` is that of the run's begin."""
+    def step(self, now: int) -> None:
+        """Does what was asked for; waits a moment if the run may not go on."""
+        self.heed()
+        self._due = NEVER
+        if self._steering is None:
+            return
+        pace = self._steering.pace
+        self._due = now + pace.ticks(time.monotonic(), now)
+        if self._due == now:
+            self._waits()
+            self._link.wait(min(_WAIT_S, pace.wait_s(time.monotonic(), now)), *self._others)
+
+    def next_due(self) -> int:
+        """How far the run may go."""
+        return self._due
+
+    def heed(self) -> None:
+        """Does what was asked for since the last call."""
         for order in self._link.orders():
             if order.get("do") == "look":
                 self._asked = True
@@ -76,21 +105,9 @@ class Live:
             closely, self._asked, self._closely = self._closely, False, False
             look = self._simulation.close_look if closely else self._simulation.snapshot
             more = self._modules() if closely else {}
-            self._link.send(packed_moment(look(), zero_tick, **self._pace(), **more))
+            self._link.send(packed_moment(look(), self._zero_tick(), **self._pace(), **more))
         if self._link.closed and self._steering is not None and self._steering.pace.paused:
             self._steering.pace = Pace()  # no page is left to have it go on
-
-    def ticks_now(self, zero_tick: int, *others: int) -> int:
-        """How many ticks the run may go now; 0 after a wait, for a moment or until something comes,
-        here or at the descriptors `others`."""
-        self.heed(zero_tick)
-        if self._steering is None:
-            return MOST_TICKS
-        pace, tick = self._steering.pace, self._simulation.tick
-        count = pace.ticks(time.monotonic(), tick)
-        if count == 0:
-            self._link.wait(min(_WAIT_S, pace.wait_s(time.monotonic(), tick)), *others)
-        return count
 
     def _answer(self, order: dict[str, Any]) -> None:
         error = "this run cannot be steered: hosts outside, or nobody, steer it"

@@ -23,11 +23,8 @@ from kilotwin.errors import (
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.profile_defaults import PROFILES
 from kilotwin.experiment.spec.engine import config_messages
-from kilotwin.experiment.spec.informed import informed_for
 from kilotwin.experiment.spec.overhead import RUN, WAKEUP, message_of
 from kilotwin.files.interrupts import heeding_interrupts
-from kilotwin.metrics.functions import LocalFunctions
-from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.runs.environment_record import EnvironmentRecord
 from kilotwin.runs.folder import (
     FAILED,
@@ -39,15 +36,16 @@ from kilotwin.runs.folder import (
 )
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.display import Display
+from kilotwin.session.loop import Each, Session
 from kilotwin.session.run import Outcome, new_manifest
 from kilotwin.session.seen_robots import SeenRobots
+from kilotwin.session.wall import SeenRecorder, WallTable, meter_of, recorded_summary
 from kilotwin.table.environment.outbox import Sending
 from kilotwin.table.environment.play import Play
 from kilotwin.table.environment.poses import Address, PoseListener
 from kilotwin.table.environment.protocol import Seen
 from kilotwin.table.links.packets import OVERHEAD_BAUD, Overhead, encode
 from kilotwin.table.ports.serial_port import SerialPort
-from kilotwin.units import ticks
 
 _STEP_S = 0.002
 _PROGRESS_S = 0.5
@@ -59,7 +57,7 @@ _TROUBLE_S = 10.0
 
 
 @dataclass(frozen=True)
-class Table:
+class Setup:
     """Where robots are: an overhead controller's port, and the address that poses come to.
 
     `speed`: seconds of the experiment per second, as an emulated table has it.
@@ -72,7 +70,7 @@ class Table:
 
 def record(
     experiment: Experiment,
-    table: Table,
+    setup: Setup,
     folder: Path | None,
     command_line: list[str],
     display: Display,
@@ -88,11 +86,11 @@ def record(
     _check_commands(experiment)
     folder = folder or default_folder(experiment)
     check_free(folder)
-    port = SerialPort(table.port, OVERHEAD_BAUD)
+    port = SerialPort(setup.port, OVERHEAD_BAUD)
     try:
-        listener = PoseListener(table.poses)
+        listener = PoseListener(setup.poses)
         try:
-            recording = _Recording(experiment, table, port, listener, display)
+            recording = _Recording(experiment, setup, port, listener, display)
             return recording.run(folder, command_line)
         finally:
             listener.close()
@@ -115,29 +113,28 @@ class _Recording:
     def __init__(
         self,
         experiment: Experiment,
-        table: Table,
+        setup: Setup,
         port: SerialPort,
         listener: PoseListener,
         display: Display,
     ) -> None:
         self._experiment, self._keys = experiment, experiment.keys
-        self._table, self._port, self._listener = table, port, listener
+        self._setup, self._port, self._listener = setup, port, listener
         self._display = display
         self._record: EnvironmentRecord | None = None
         self._notes: list[tuple[float, str]] = []
         """Notes of the program before there is a record."""
         self._play = Play(experiment, self)
         self._robots = SeenRobots(experiment)
-        functions = LocalFunctions(experiment) if experiment.functions else None
-        self._meter = Meter(experiment, functions)
+        self._meter = meter_of(experiment)
         self._interrupted = False
-        self._next_sample = 0
-        self._shown_at = self._told_at = -math.inf
+        self._told_at = -math.inf
         self._told_bad = 0
         self._blind = True
         self._until_s = 0.0
-        self._lead_s = self._give_orders()
-        self._began = time.monotonic()
+        self._table = WallTable(
+            _STEP_S, self._is_over, speed=setup.speed, lead_s=self._give_orders()
+        )
 
     def _give_orders(self) -> float:
         """Puts all orders into the outbox; how long those before t = 0 take."""
@@ -170,44 +167,51 @@ class _Recording:
         """To the end, or until interrupted."""
         manifest = {
             **new_manifest(self._experiment, [], command_line),
-            "recorded_from": [f"ohc:{self._table.port}"],
+            "recorded_from": [f"ohc:{self._setup.port}"],
         }
         try:
             writer = RunWriter(folder, self._experiment, manifest)
         except OSError as error:
             raise InputError(f"--out {folder}: {cause_of(error)}; name another folder") from None
-        self._record = record = EnvironmentRecord(writer)
+        self._record = EnvironmentRecord(writer)
         for time_s, text in self._notes:
-            record.note(time_s, text)
+            self._record.note(time_s, text)
         self._display.start(self._experiment, folder)
-        self._began = time.monotonic()
+        table = self._table
+        table.start()
+        samples = SeenRecorder(
+            self._experiment,
+            writer,
+            self._meter,
+            self._display,
+            run_s=lambda: table.now_s,
+            seen=self._robots.sample,
+        )
         try:
             with self._heeding_signals():
-                self._go_on(writer, record)
+                self._go_on(samples)
                 self._pause_robots()
         except KilotwinError as error:
-            self._close(writer, FAILED, error.exit_code, reason=str(error))
+            self._close(writer, samples, FAILED, error.exit_code, reason=str(error))
             raise
         if self._interrupted:
-            return self._close(writer, INTERRUPTED, EXIT_INTERRUPTED)
+            return self._close(writer, samples, INTERRUPTED, EXIT_INTERRUPTED)
         exit_code = EXIT_ROBOTS_FAILED if self._robots.never_seen else 0
-        return self._close(writer, FINISHED, exit_code)
+        return self._close(writer, samples, FINISHED, exit_code)
 
-    def _go_on(self, writer: RunWriter, record: EnvironmentRecord) -> None:
+    def _is_over(self) -> bool:
+        return self._interrupted or self._table.now_s >= self._keys.duration_s
+
+    def _go_on(self, samples: SeenRecorder) -> None:
         try:
-            while self._now_s() < self._keys.duration_s and not self._interrupted:
-                now_s = self._now_s()
-                self._look(now_s, record)
-                self._talk(now_s)
-                if now_s >= 0:
-                    self._sample(now_s, writer)
-                time.sleep(_STEP_S)
+            Session(self._table, [Each(self._look), Each(self._talk), samples]).run()
         except RunError:  # of the program: the robots are not to drive on
             self._pause_robots()
             raise
 
-    def _look(self, now_s: float, record: EnvironmentRecord) -> None:
+    def _look(self) -> None:
         """Shows the program what has come, if anything, and a person what is wrong with it."""
+        now_s = self._table.now_s
         robots = self._robots.take(self._listener.take())
         if robots:
             self._blind = False
@@ -216,19 +220,19 @@ class _Recording:
         bad = self._listener.bad_lines - self._told_bad
         if bad and time.monotonic() - self._told_at > _TROUBLE_S:
             self._told_at, self._told_bad = time.monotonic(), self._listener.bad_lines
-            self._warn(
-                now_s, record, f"{bad} lines of poses are of no use: {self._listener.trouble}"
-            )
-        if self._blind and now_s > _BLIND_S * self._table.speed:
+            self._warn(now_s, f"{bad} lines of poses are of no use: {self._listener.trouble}")
+        if self._blind and now_s > _BLIND_S * self._setup.speed:
             self._blind = False
-            where = f"udp:{self._table.poses[0]}:{self._table.poses[1]}"
-            self._warn(now_s, record, f"no poses come to {where}; is the tracker on?")
+            where = f"udp:{self._setup.poses[0]}:{self._setup.poses[1]}"
+            self._warn(now_s, f"no poses come to {where}; is the tracker on?")
 
-    def _warn(self, now_s: float, record: EnvironmentRecord, text: str) -> None:
+    def _warn(self, now_s: float, text: str) -> None:
         self._display.warn(f"at {now_s:,.0f} s: {text}")
-        record.event(now_s, "poses", text)
+        assert self._record is not None
+        self._record.event(now_s, "poses", text)
 
-    def _talk(self, now_s: float) -> None:
+    def _talk(self) -> None:
+        now_s = self._table.now_s
         for sending in self._play.sendings(self._until_s, now_s):
             self._port.write(sending.packet)
         self._until_s = now_s
@@ -236,32 +240,8 @@ class _Recording:
     def _pause_robots(self) -> None:
         """By the light that robots have obeyed so far; nothing says whether they did."""
         self._port.write(encode(Overhead.FORWARDMSG, WAKEUP))
-        time.sleep(_HOLD_S / self._table.speed)
+        time.sleep(_HOLD_S / self._setup.speed)
         self._port.write(encode(Overhead.STOP))
-
-    def _now_s(self) -> float:
-        return (time.monotonic() - self._began) * self._table.speed - self._lead_s
-
-    def _sample(self, now_s: float, writer: RunWriter) -> None:
-        sample_s = self._keys.record.sample_s
-        if now_s < self._next_sample * sample_s:
-            return
-        self._next_sample = int(now_s / sample_s) + 1
-        self._write_sample(now_s, writer)
-
-    def _write_sample(
-        self, now_s: float, writer: RunWriter, *, last: bool = False
-    ) -> dict[str, Any]:
-        sample = self._robots.sample(ticks(now_s))
-        counts = writer.add(sample, self._meter.measure(sample, None, last=last))
-        assert counts is not None
-        names = [site.name for site in self._keys.site]
-        resting = dict(zip(names, counts.resting[-1].tolist(), strict=True))
-        not_resting = int(counts.not_resting[-1])
-        if time.monotonic() - self._shown_at > _PROGRESS_S:
-            self._shown_at = time.monotonic()
-            self._display.progress(ticks(now_s), resting, not_resting, self._meter.latest)
-        return {"resting": resting, "not_resting": not_resting}
 
     @contextmanager
     def _heeding_signals(self) -> Iterator[None]:
@@ -271,24 +251,16 @@ class _Recording:
         with heeding_interrupts(heed):
             yield
 
-    def _close(self, writer: RunWriter, status: str, exit_code: int, **why: Any) -> Outcome:
-        run_s = min(max(self._now_s(), 0.0), self._keys.duration_s)
-        robots_now = self._write_sample(run_s, writer, last=True)
+    def _close(
+        self, writer: RunWriter, samples: SeenRecorder, status: str, exit_code: int, **why: Any
+    ) -> Outcome:
+        run_s = min(max(self._table.now_s, 0.0), self._keys.duration_s)
+        samples.write(run_s, last=True)
         assert self._record is not None
         self._record.close()
         summary = {
-            "experiment": self._keys.name,
-            "seed": self._keys.seed,
-            "status": status,
-            "duration_s": self._keys.duration_s,
-            "recorded_s": round(run_s, 3),
-            "robots": self._experiment.size,
-            **robots_now,
-            "informed": informed_for(self._keys),
-            "metrics": metrics_summary(self._keys, self._meter.latest),
-            "metrics_failed": self._meter.failed,
-            "wall_s": round(time.monotonic() - self._began, 3),
-            "run_folder": str(writer.folder),
+            **recorded_summary(self._experiment, self._table, writer, status, run_s),
+            **samples.summary(),
             "environment": self._play.summary(),
             "poses": {
                 "lines": self._listener.lines,

@@ -23,7 +23,9 @@ from kilotwin.runs.columns import TRACKING_SCHEMA
 from kilotwin.runs.folder import TRACKING
 from kilotwin.runs.tracking import Tracking
 from kilotwin.runs.writer import RunWriter, Stream
+from kilotwin.session.loop import Each, Session
 from kilotwin.session.run import new_manifest
+from kilotwin.session.wall import WallTable
 from kilotwin.table.can.buses import BusName, open_all
 from kilotwin.table.grid import frames as wire
 from kilotwin.table.grid.can_links import CanLinks
@@ -84,8 +86,8 @@ class Overhearing:
 
     def run(self, ended: threading.Event) -> None:
         """Until `ended` is set."""
-        while not ended.wait(_STEP_S):
-            self.step(time.monotonic() - self._began)
+        table = WallTable(_STEP_S, ended.is_set)
+        Session(table, [Each(lambda: self.step(time.monotonic() - self._began))]).run()
 
     def step(self, now_s: float) -> None:
         """Takes in what was on the buses since, and writes a sample if it is time to."""

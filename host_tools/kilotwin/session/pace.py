@@ -5,13 +5,12 @@ Pure: the wall's time is an argument.
 
 import math
 
+from kilotwin.session.loop import NEVER
 from kilotwin.units import TICK_S
 
 LEAST_SPEED = 0.01
 MOST_SPEED = 10_000.0
 MOST_STEP_TICKS = 1_000_000
-MOST_TICKS = 2**62
-"""More than any run has."""
 
 
 class Pace:
@@ -20,18 +19,18 @@ class Pace:
     def __init__(self) -> None:
         self.speed = math.inf
         self.paused = False
-        self._stop_at = MOST_TICKS  # a tick: then it pauses
+        self._stop_at = NEVER  # a tick: then it pauses
         self._from = (0.0, 0)  # wall time and tick since which the speed holds
 
     def pause(self) -> None:
         """Nothing goes on until resume() or step()."""
         self.paused = True
-        self._stop_at = MOST_TICKS
+        self._stop_at = NEVER
 
     def resume(self, now_s: float, tick: int) -> None:
         """Goes on, at the speed that was set."""
         self.paused = False
-        self._stop_at = MOST_TICKS
+        self._stop_at = NEVER
         self._from = now_s, tick
 
     def step(self, now_s: float, tick: int, to_tick: int) -> None:

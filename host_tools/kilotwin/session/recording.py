@@ -1,21 +1,17 @@
 """Records an experiment on a grid at the other end of CAN buses, real or emulated, by wall time."""
 
-import math
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kilotwin.errors import EXIT_INTERRUPTED, EXIT_ROBOTS_FAILED, InputError, RunError, cause_of
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.spec.engine import config_differences
-from kilotwin.experiment.spec.informed import informed_for
 from kilotwin.files.interrupts import heeding_interrupts
-from kilotwin.metrics.functions import LocalFunctions
-from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.runs.folder import (
     FAILED,
     FINISHED,
@@ -27,7 +23,9 @@ from kilotwin.runs.folder import (
 from kilotwin.runs.grid_record import GridRecord
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.display import Display
+from kilotwin.session.loop import Each, Session
 from kilotwin.session.run import Outcome, new_manifest
+from kilotwin.session.wall import SeenRecorder, WallTable, meter_of, recorded_summary
 from kilotwin.table.can.buses import BusName, OpenBus, open_all
 from kilotwin.table.grid.can_links import CanLinks
 from kilotwin.table.grid.conductor import Conductor, set_up_s
@@ -36,11 +34,12 @@ from kilotwin.table.grid.joining import check_runs
 from kilotwin.table.grid.poller import Reports
 from kilotwin.table.links.preflight import check_before_record
 from kilotwin.table.links.verdicts import MODULES, Verdict, line
-from kilotwin.units import ticks
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Samples
 
 # Between two looks at the buses: well below the time that a module takes to answer.
 _STEP_S = 0.001
-_PROGRESS_S = 0.5
 
 # Events that are shown at once to the person at the table.
 _WARNINGS = {"bus_down", "bus_up", "not_idle", "foreign_order"}
@@ -140,15 +139,12 @@ class _Recording:
         self._display = display
         messages = config_differences(experiment)
         lead_s = 0.0 if join else set_up_s(plan, len(messages), _STEP_S)
-        self._began = time.monotonic()
-        self._lead_s = lead_s
-        self._speed = speed
+        self._table = WallTable(_STEP_S, self._is_done, speed=speed, lead_s=lead_s)
         manifest = {
             **new_manifest(experiment, [], command_line),
             "recorded_from": [bus.name for bus in buses],
         }
-        functions = LocalFunctions(experiment) if experiment.functions else None
-        self._meter = Meter(experiment, functions)
+        meter = meter_of(experiment)
         try:
             self._writer = RunWriter(folder, experiment, manifest)
         except OSError as error:
@@ -172,11 +168,11 @@ class _Recording:
             self,
             join=join,
         )
-        self._sample_s = self._keys.record.sample_s
-        self._next_sample = 0
+        self._samples = SeenRecorder(
+            experiment, self._writer, meter, display, run_s=self._run_s, seen=self._seen
+        )
         self._interrupts = 0
         self._lost_s: float | None = None  # when no bus was left, if that was before the end
-        self._shown_at = -math.inf
         display.note(f"set-up, {lead_s:.0f} s" if lead_s else "takes over a grid that runs")
         display.start(experiment, folder)
 
@@ -189,17 +185,27 @@ class _Recording:
             raise self._stop_unwritten(cause_of(error)) from None
 
     def _run_to_end(self) -> None:
+        host = Each(self._conduct)
+        watches = [Each(self._look_at_buses), Each(self._look_for_other_hosts)]
         with self._heeding_signals():
-            while self._conductor.phase != "done":
-                now_s = self._now_s()
-                self._conductor.step(now_s)
-                self._look_at_buses()
-                self._look_for_other_hosts(now_s)
-                self._record.flush()
-                if self._conductor.phase == "running":
-                    self._sample(now_s - self._conductor.zero_s)
-                time.sleep(_STEP_S)
+            Session(self._table, [host, *watches, Each(self._record.flush), self._samples]).run()
             self._record.flush(now=True)
+
+    def _is_done(self) -> bool:
+        return self._conductor.phase == "done"
+
+    def _conduct(self) -> None:
+        self._conductor.step(self._table.now_s)
+
+    def _run_s(self) -> float:
+        """The run's time; below 0 while the table is set up or left."""
+        running = self._conductor.phase == "running"
+        return self._table.now_s - self._conductor.zero_s if running else -1.0
+
+    def _seen(self, tick: int) -> "Samples":
+        """Robots as the last reports have them."""
+        self._record.flush(now=True)
+        return self._record.tracking.sample(tick)
 
     def _stop_unwritten(self, cause: str) -> RunError:
         """Leaves robots and modules idle, unrecorded, and a manifest that says why."""
@@ -209,9 +215,7 @@ class _Recording:
         self._buses.forget_log()
         with self._heeding_signals():
             self._conductor.end()
-            while self._conductor.phase != "done":
-                self._conductor.step(self._now_s())
-                time.sleep(_STEP_S)
+            Session(self._table, [Each(self._conduct)]).run()
         self._record.give_up()
         with suppress(OSError):
             self._writer.close(clean=False)
@@ -235,38 +239,16 @@ class _Recording:
         conductor = self._conductor
         all_down = len(conductor.controller.down) == len(self._names)
         if all_down and conductor.phase not in ("ending", "done"):
-            self._lost_s = self._now_s() - conductor.zero_s
+            self._lost_s = self._table.now_s - conductor.zero_s
             self._display.warn("no bus is left: the record ends; what was recorded is kept")
             conductor.end()
 
-    def _look_for_other_hosts(self, now_s: float) -> None:
+    def _look_for_other_hosts(self) -> None:
         for bus, kind in [order for order in self._links.foreign if order not in self._told_of]:
             self._told_of.add((bus, kind))
             what = f"{self._names[bus]}: {what_it_does(kind)} ({kind}); the record is spoiled"
-            self.event(now_s - self._conductor.zero_s, "foreign_order", what, bus=bus)
-
-    def _now_s(self) -> float:
-        return (time.monotonic() - self._began) * self._speed - self._lead_s
-
-    def _sample(self, time_s: float) -> None:
-        if time_s < self._next_sample * self._sample_s or time_s < 0:
-            return
-        self._next_sample = int(time_s / self._sample_s) + 1
-        self._record.flush(now=True)
-        self._write_sample(time_s)
-
-    def _write_sample(self, time_s: float, *, last: bool = False) -> None:
-        sample = self._record.tracking.sample(ticks(time_s))
-        counts = self._writer.add(sample, self._meter.measure(sample, None, last=last))
-        assert counts is not None
-        names = [site.name for site in self._keys.site]
-        self._resting = dict(zip(names, counts.resting[-1].tolist(), strict=True))
-        self._not_resting = int(counts.not_resting[-1])
-        if time.monotonic() - self._shown_at > _PROGRESS_S:
-            self._shown_at = time.monotonic()
-            self._display.progress(
-                ticks(time_s), self._resting, self._not_resting, self._meter.latest
-            )
+            run_s = self._table.now_s - self._conductor.zero_s
+            self.event(run_s, "foreign_order", what, bus=bus)
 
     @contextmanager
     def _heeding_signals(self) -> Iterator[None]:
@@ -283,9 +265,9 @@ class _Recording:
     def _close(self) -> Outcome:
         run_s = self._lost_s
         if run_s is None:
-            run_s = self._now_s() - self._conductor.zero_s
+            run_s = self._table.now_s - self._conductor.zero_s
         run_s = min(max(run_s, 0.0), self._keys.duration_s)
-        self._write_sample(run_s, last=True)
+        self._samples.write(run_s, last=True)
         self._record.close()
         status, exit_code, why = FINISHED, 0, {}
         if self._interrupts:
@@ -307,19 +289,8 @@ class _Recording:
         controller = self._conductor.controller
         layout, poller = controller.layout, controller.poller
         return {
-            "experiment": self._keys.name,
-            "seed": self._keys.seed,
-            "status": status,
-            "duration_s": self._keys.duration_s,
-            "recorded_s": round(run_s, 3),
-            "robots": self._experiment.size,
-            "resting": self._resting,
-            "not_resting": self._not_resting,
-            "informed": informed_for(self._keys),
-            "metrics": metrics_summary(self._keys, self._meter.latest),
-            "metrics_failed": self._meter.failed,
-            "wall_s": round(time.monotonic() - self._began, 3),
-            "run_folder": str(self._writer.folder),
+            **recorded_summary(self._experiment, self._table, self._writer, status, run_s),
+            **self._samples.summary(),
             "grid": {
                 "reports": poller.counts.reports,
                 "strangers": self._record.tracking.strangers,

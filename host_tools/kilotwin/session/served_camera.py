@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.environment import EnvironmentTable
+from kilotwin.session.loop import Companion
 from kilotwin.table.environment.camera import EmulatedCamera
 from kilotwin.table.environment.poses import Address, PoseSender, write_lines
 from kilotwin.units import TICK_S
@@ -15,7 +16,7 @@ _NO_PROGRAM = EnvironmentTable(program="none:none")
 """The camera as it is by default, for experiments without an [environment]."""
 
 
-class ServedCamera:
+class ServedCamera(Companion):
     """Takes a picture when one is due, and sends it as soon as the tracker would have it."""
 
     def __init__(self, simulation: "Simulation", experiment: Experiment, to: Address) -> None:
@@ -34,17 +35,21 @@ class ServedCamera:
         """Where its pictures go, for people."""
         return f"a camera sends robots' poses to {self._shown}; --poses {self._shown}"
 
-    def step(self) -> None:
+    def step(self, now: int) -> None:
         """Takes a picture, or sends one, if it is time to."""
-        tick = self._simulation.tick
-        while self._camera.tick_of(self._number) <= tick:
-            seen = self._camera.picture(self._number, tick * TICK_S, self._simulation.snapshot())
+        while self._camera.tick_of(self._number) <= now:
+            seen = self._camera.picture(self._number, now * TICK_S, self._simulation.snapshot())
             self._number += 1
             self._developing += [
-                (tick + self._delay_ticks, line) for line in write_lines(seen.robots)
+                (now + self._delay_ticks, line) for line in write_lines(seen.robots)
             ]
-        while self._developing and self._developing[0][0] <= tick:
+        while self._developing and self._developing[0][0] <= now:
             self._sender.send(self._developing.pop(0)[1])
+
+    def next_due(self) -> int:
+        """When the next picture is taken or sent."""
+        taken = self._camera.tick_of(self._number)
+        return min(taken, self._developing[0][0]) if self._developing else taken
 
     def close(self) -> None:
         """Ends it."""

@@ -1,4 +1,4 @@
-"""A world that waits for hosts outside: `kilotwin run EXP.toml --serve`.
+"""A world that waits for hosts outside: `kilotwin serve world EXP.toml`.
 
 Robots have an overhead controller above them, and a table below them its CAN buses. The engine
 keeps pace with the wall, or goes `speed` times as fast. Time 0 of the run folder is the host's
@@ -8,13 +8,17 @@ first RUN; without a grid and with [[command]] it is when the robots were switch
 import contextlib
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.record import EXTRA_OF
+from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.writer import RunWriter
+from kilotwin.session.emulated import EmulatedWorld
 from kilotwin.session.job import Serving
+from kilotwin.session.loop import NEVER, Companion
 from kilotwin.session.served_camera import ServedCamera
 from kilotwin.session.served_grid import ServedTable
 from kilotwin.session.served_overhead import ServedOverhead
@@ -23,86 +27,73 @@ from kilotwin.units import seconds, ticks
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples, Simulation
 
-_NEVER = 2**62
+
+@dataclass(frozen=True)
+class Begin:
+    """How a served run begins and ends. `zero_tick`: the engine's tick when it began, None before
+    that; `over`: whether there is nothing more to wait for; `see`: corrects sites in samples."""
+
+    zero_tick: Callable[[], int | None]
+    over: Callable[[], bool]
+    see: Callable[["Samples"], None] = lambda _: None
 
 
-class ServedWorld:
-    """The engine in the pace of the wall, and what programs outside find of it."""
+class ServedWorld(EmulatedWorld):
+    """The engine in the pace of the wall, a tick at a time."""
 
     def __init__(
-        self, simulation: "Simulation", experiment: Experiment, serving: Serving, writer: RunWriter
+        self,
+        simulation: "Simulation",
+        places: EventPlaces,
+        duration: int,
+        begin: Begin,
+        speed: float,
     ) -> None:
-        """DeviceError or InputError if a port, an interface or a link is not to be had."""
-        self._simulation = simulation
-        self._serving = serving
-        self._duration = ticks(experiment.keys.duration_s)
-        self._begins_at_once = experiment.keys.grid is None and bool(experiment.keys.command)
-        self._overhead = ServedOverhead(simulation, serving.ohc_link)
-        self._camera: ServedCamera | None = None
-        self._plays_outside = experiment.environment is not None
-        self._table: ServedTable | None = None
-        with contextlib.ExitStack() as opened:
-            opened.callback(self._overhead.close)
-            if serving.poses is not None:
-                self._camera = ServedCamera(simulation, experiment, serving.poses)
-                opened.callback(self._camera.close)
-            if experiment.plan is not None:
-                self._table = ServedTable(simulation, experiment, serving, writer)
-            opened.pop_all()
+        """`duration` of the run, in ticks."""
+        super().__init__(simulation, places)
+        self._duration = duration
+        self._begin = begin
+        self._speed = speed
         self._begin_tick = simulation.tick
         self._began = time.monotonic()
 
-    def notes(self) -> Iterator[str]:
-        """How hosts find all of it, for people."""
-        if self._table is not None:
-            yield from self._table.notes()
-        yield self._overhead.note
-        if self._camera is not None:
-            yield self._camera.note
-        elif self._plays_outside:
-            yield "the [environment] is played by `kilotwin record --via`, which needs --poses here"
-        if math.isinf(self._serving.speed):
-            yield "with --fast time goes as it can: what is sent on a serial line comes too slowly"
-
     @property
-    def zero_tick(self) -> int | None:
-        """The engine's tick when the run began; None before that."""
-        if self._table is not None:
-            return self._table.zero_tick
-        return 0 if self._begins_at_once else self._overhead.ran_at
+    def zero_tick(self) -> int:  # type: ignore[override]
+        """The engine's tick when the run began; 0 before that."""
+        return self._begin.zero_tick() or 0
 
     @property
     def ran(self) -> bool:
         """Whether the whole run is over."""
-        zero = self.zero_tick
-        return zero is not None and self._simulation.tick - zero >= self._duration
+        zero = self._begin.zero_tick()
+        return zero is not None and self.tick - zero >= self._duration
 
     @property
     def over(self) -> bool:
-        """Whether there is nothing more to wait for."""
-        return self._table.over if self._table is not None else self.ran
+        """Whether the host has had its run, and is quiet."""
+        return self._begin.over()
 
-    def step(self) -> None:
-        """Goes on by a tick, and hands over what has come both ways."""
-        self._overhead.step(1)
-        if self._camera is not None:
-            self._camera.step()
-        self._simulation.advance(1)
-        if self._table is not None:
-            self._table.step()
-
-    def wait(self) -> None:
-        """Until the wall has come to where the engine is."""
-        if math.isinf(self._serving.speed):
+    def advance(self, to: int) -> None:
+        """Goes on by a tick, and waits until the wall has come to where the engine is."""
+        self.simulation.advance(1)
+        if math.isinf(self._speed):
             return
-        simulated_s = seconds(self._simulation.tick - self._begin_tick)
-        ahead_s = simulated_s / self._serving.speed - (time.monotonic() - self._began)
+        simulated_s = seconds(self.tick - self._begin_tick)
+        ahead_s = simulated_s / self._speed - (time.monotonic() - self._began)
         if ahead_s > 0:
             time.sleep(ahead_s)
 
-    def from_zero(self, samples: "Samples") -> "Samples":
-        """Those of the run, their times since its begin."""
-        zero = _NEVER if self.zero_tick is None else self.zero_tick
+    def samples(self) -> "Samples":
+        """Those of the run since the last call, their times since its begin."""
+        return self._of_the_run(self.simulation.samples())
+
+    def last_moment(self) -> "Samples":
+        """The present one, if the run still goes on."""
+        return self._of_the_run(self.simulation.snapshot())
+
+    def _of_the_run(self, samples: "Samples") -> "Samples":
+        begun = self._begin.zero_tick()
+        zero = NEVER if begun is None else begun
         kept = (samples["tick"] >= zero) & (samples["tick"] <= zero + self._duration)
         # Without objects there are no rows of them.
         of_objects = kept if len(samples["object_x_m"]) else slice(0)
@@ -119,14 +110,63 @@ class ServedWorld:
         }
         for name in EXTRA_OF.keys() & samples.keys():
             cut[name] = samples[name][kept]  # type: ignore[literal-required]
-        if self._table is not None:
-            self._table.see(cut)
+        self._begin.see(cut)
         return cut
 
-    def close(self) -> None:
-        """Closes all connections, and the log."""
-        self._overhead.close()
-        if self._camera is not None:
-            self._camera.close()
-        if self._table is not None:
-            self._table.close()
+
+@dataclass(frozen=True)
+class Served:
+    """A served world, what serves it in the order in which it acts, and how hosts find that."""
+
+    world: ServedWorld
+    companions: list[Companion]
+    notes: list[str]
+
+
+def serve(
+    simulation: "Simulation",
+    places: EventPlaces,
+    experiment: Experiment,
+    serving: Serving,
+    writer: RunWriter,
+) -> Served:
+    """Opens all that programs outside find of the world.
+
+    DeviceError or InputError if a port, an interface or a link is not to be had.
+    """
+    keys, duration = experiment.keys, ticks(experiment.keys.duration_s)
+    companions: list[Companion] = []
+    notes: list[str] = []
+    with contextlib.ExitStack() as opened:
+        overhead = ServedOverhead(simulation, serving.ohc_link)
+        opened.callback(overhead.close)
+
+        def begun() -> int | None:
+            return 0 if keys.grid is None and keys.command else overhead.ran_at
+
+        def is_over() -> bool:
+            return (zero := begun()) is not None and simulation.tick - zero >= duration
+
+        begin = Begin(begun, is_over)
+        if experiment.plan is not None:
+            table = ServedTable(simulation, experiment, serving, writer)
+            opened.callback(table.close)
+            companions.append(table)
+            notes += table.notes()
+            begin = Begin(lambda: table.zero_tick, lambda: table.over, table.see)
+        companions.append(overhead)
+        notes.append(overhead.note)
+        if serving.poses is not None:
+            camera = ServedCamera(simulation, experiment, serving.poses)
+            opened.callback(camera.close)
+            companions.append(camera)
+            notes.append(camera.note)
+        elif experiment.environment is not None:
+            notes.append(
+                "the [environment] is played by `kilotwin record --via`, which needs --poses here"
+            )
+        opened.pop_all()
+    if math.isinf(serving.speed):
+        notes.append("with --fast time goes as it can: what is sent on a serial line is too slow")
+    world = ServedWorld(simulation, places, duration, begin, serving.speed)
+    return Served(world, companions, notes)

@@ -83,6 +83,11 @@ def checked(raw: dict[str, Any]) -> Order:
     return order
 
 
+def no_grid(order: str) -> None:
+    """Refuses orders for a host that is not there."""
+    raise InputError("there is no Kilogrid")
+
+
 class Steering:
     """Carries orders out in a simulation."""
 
@@ -91,7 +96,7 @@ class Steering:
         simulation: "Simulation",
         sample_ticks: int,
         record: Callable[[dict[str, Any]], None],
-        grid: Callable[[str], None] | None = None,
+        grid: Callable[[str], None] = no_grid,
     ) -> None:
         """`record` takes an event of each; `grid` takes orders for the host of a grid."""
         self.pace = Pace()
@@ -119,8 +124,6 @@ class Steering:
             return self._turn(order)
         if order.do == "grid":
             assert order.order is not None
-            if self._grid is None:
-                raise InputError("there is no Kilogrid")
             self._grid(order.order)
             return f"the grid's host: {order.order}"
         assert order.messages is not None

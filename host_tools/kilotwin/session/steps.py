@@ -7,21 +7,24 @@ from kilotwin import _emulator
 from kilotwin.errors import RunError
 from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.schema.step import Step
+from kilotwin.session.loop import NEVER, Companion
 from kilotwin.units import ticks
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Simulation
 
 
-class Steps:
-    """Those still to come; step() and the engine's advance() take turns."""
+class Steps(Companion):
+    """Those still to come."""
 
-    def __init__(self, experiment: ExperimentSchema) -> None:
+    def __init__(self, experiment: ExperimentSchema, simulation: "Simulation") -> None:
         self._due: deque[Step] = deque(sorted(experiment.step, key=lambda step: step.at_s))
+        self._simulation = simulation
 
-    def step(self, simulation: "Simulation") -> None:
-        """Does what is due at the engine's time; RunError where a robot has no room."""
-        while self._due and ticks(self._due[0].at_s) <= simulation.tick:
+    def step(self, now: int) -> None:
+        """Does what is due; RunError where a robot has no room."""
+        simulation = self._simulation
+        while self._due and ticks(self._due[0].at_s) <= now:
             step = self._due.popleft()
             if step.ambient is not None:
                 simulation.set_ambient(step.ambient)
@@ -30,11 +33,9 @@ class Steps:
             elif step.robot is not None and step.pose is not None:
                 _place(simulation, step.robot, step.pose, step.at_s)
 
-    def most_ticks(self, simulation: "Simulation", wanted: int) -> int:
-        """So many ticks of those wanted may the engine advance until the next is due."""
-        if not self._due:
-            return wanted
-        return min(wanted, max(1, ticks(self._due[0].at_s) - simulation.tick))
+    def next_due(self) -> int:
+        """The tick of the next."""
+        return ticks(self._due[0].at_s) if self._due else NEVER
 
 
 def _place(simulation: "Simulation", robot: int, pose: list[float], at_s: float) -> None:

@@ -8,7 +8,6 @@ See docs/python_api.md. Nothing is recorded; `kilotwin run` does that. The engin
 process.
 """
 
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -47,9 +46,11 @@ from kilotwin.runs.environment_record import EnvironmentMemory
 from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.folder import FAILURES
 from kilotwin.runs.grid_record import GridMemory
+from kilotwin.session.emulated import EmulatedWorld
 from kilotwin.session.emulated_environment import EmulatedEnvironment
 from kilotwin.session.emulated_grid import EmulatedHost, lead_ticks
-from kilotwin.session.pace import MOST_TICKS
+from kilotwin.session.loop import Attention, Companion, Session
+from kilotwin.session.steering import no_grid
 from kilotwin.session.steps import Steps
 from kilotwin.session.world_view import WorldView
 from kilotwin.table.grid.controller import Controller
@@ -153,7 +154,6 @@ class World:
         self._meter = Meter(self._experiment, functions, [str(guest.file) for guest in guests])
         self._symbols: dict[str, GuestSymbols] = {}
         self._events: list[dict[str, Any]] = []
-        self._places = EventPlaces(self._experiment, symbols_of(guests, modules))
         spec = engine_spec(
             self._experiment,
             [str(guest.file) for guest in guests],
@@ -163,24 +163,32 @@ class World:
             lead_ticks=0 if modules is None else lead_ticks(self._experiment),
         )
         try:
-            self._engine: _emulator.Simulation | None = _emulator.Simulation(spec)
+            simulation = _emulator.Simulation(spec)
         except _emulator.EngineError as error:
             raise InputError(f"{self._experiment.origin.source}: {error}") from None
-        self._steps = Steps(self._experiment.keys)
-        self._environment: EmulatedEnvironment | None = None
+        places = EventPlaces(self._experiment, symbols_of(guests, modules))
         self._told = EnvironmentMemory()
+        self._environments: list[EmulatedEnvironment] = []
         if self._experiment.environment is not None:
-            self._environment = EmulatedEnvironment(self._experiment)
-            self._environment.keep(self._told)
-        self._host: EmulatedHost | None = None
+            self._environments = [EmulatedEnvironment(self._experiment, simulation)]
+            self._environments[0].keep(self._told)
         self._heard = GridMemory(self._experiment)
+        self._hosts: list[EmulatedHost] = []
         if modules is not None:
-            self._host = EmulatedHost(self._engine, self._experiment, self._places, self._heard)
-        self._view: WorldView | None = None
+            self._hosts = [EmulatedHost(simulation, self._experiment, places, self._heard)]
+        self._table: EmulatedWorld | None = EmulatedWorld(simulation, places, self._hosts)
+        self._views: list[WorldView] = []
         if view:
-            grid = None if self._host is None else self._host.order
-            self._view = WorldView(self._experiment, self._engine, grid)
-        if self._host is not None:
+            orders = [host.order for host in self._hosts]
+            grid = next(iter(orders), no_grid)
+            self._views = [WorldView(self._experiment, simulation, grid)]
+        self._companions: list[Companion] = [
+            Steps(self._experiment.keys, simulation),
+            *self._hosts,
+            *self._environments,
+            *self._views,
+        ]
+        if self._hosts:
             self._go_on_to(0)
 
     def __enter__(self) -> Self:
@@ -191,29 +199,33 @@ class World:
 
     def close(self) -> None:
         """Frees the robots' memory; the world cannot be used afterwards."""
-        if self._host is not None:
-            self._host.close()
-        if self._view is not None:
-            self._view.close()
-        self._engine = self._host = self._view = None
+        for host in self._hosts:
+            host.leave()
+        for shown in self._views:
+            shown.close()
+        self._table = None
+        self._hosts, self._views, self._companions = [], [], []
 
     @property
     def view_address(self) -> str | None:
         """The address of the page that shows it; None without `view=True`."""
-        return None if self._view is None else self._view.address
+        return next((shown.address for shown in self._views), None)
 
     def _repr_html_(self) -> str | None:
         """The page, for a notebook on this computer."""
-        if self._view is None:
-            return None
         style = "width: 100%; height: 640px; border: 0"
-        return f'<iframe src="{self._view.address}" style="{style}"></iframe>'
+        pages = (f'<iframe src="{one.address}" style="{style}"></iframe>' for one in self._views)
+        return next(pages, None)
+
+    @property
+    def _world(self) -> EmulatedWorld:
+        if self._table is None:
+            raise RunError(_CLOSED)
+        return self._table
 
     @property
     def _simulation(self) -> _emulator.Simulation:
-        if self._engine is None:
-            raise RunError(_CLOSED)
-        return self._engine
+        return self._world.simulation
 
     # Going on.
 
@@ -231,27 +243,11 @@ class World:
         self._go_on_to(self.tick + _checked(count=count).count)
 
     def _go_on_to(self, end: int) -> None:
-        simulation, chunk = self._simulation, 1
-        if self._host is not None:
-            self._host.notice_orders()
-        while simulation.tick < end:
-            allowed = MOST_TICKS if self._view is None else self._view.allowed_ticks()
-            if not allowed:
-                continue
-            began = time.perf_counter()
-            self._steps.step(simulation)
-            ahead = self._steps.most_ticks(simulation, min(chunk, end - simulation.tick, allowed))
-            if self._host is not None:
-                self._host.step()
-                ahead = min(ahead, self._host.ticks_until_due())
-            if self._environment is not None:
-                self._environment.step(simulation)
-                ahead = min(ahead, self._environment.ticks_until_due(simulation))
-            simulation.advance(ahead)
-            took_s = time.perf_counter() - began
-            chunk = max(1, min(4 * chunk, round(ahead * _CHUNK_S / max(took_s, 1e-6))))
-            if self._view is not None:
-                self._view.take(now=simulation.tick >= end)
+        world = self._world
+        world.end = end
+        for host in self._hosts:
+            host.notice_orders()
+        Session(world, [Attention(_CHUNK_S), *self._companions]).run()
 
     @property
     def tick(self) -> int:
@@ -313,7 +309,7 @@ class World:
         endless, crash, stack_overflow), `text`; `file`, `line` and `function` of the program's
         sources where they are known.
         """
-        self._events += map(self._places.of_robot, self._simulation.events())
+        self._events += self._world.robot_events()
         return list(self._events)
 
     def prints(self, robot: Whole) -> str:
@@ -428,19 +424,19 @@ class World:
             raise InputError(
                 "there is no grid; give World a [grid]: grid={'columns': 4, 'rows': 4}"
             )
-        if self._host is None:
+        if not self._hosts:
             raise RunError(_CLOSED)
-        return self._host
+        return self._hosts[0]
 
     # A virtual environment, if the experiment has one.
 
     @property
     def environment(self) -> Any:
         """The object of the class that `[environment] program` names, for a look at it."""
-        if self._environment is None:
+        if not self._environments:
             what = 'environment={"program": "pheromone.py:Pheromone"}'
             raise InputError(f"there is no environment; give World an [environment]: {what}")
-        return self._environment.play.program.object
+        return self._environments[0].play.program.object
 
     @property
     def sent(self) -> list[dict[str, Any]]:

@@ -3,8 +3,9 @@
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kilotwin import _emulator
 from kilotwin.experiment.experiment import Experiment
@@ -12,6 +13,7 @@ from kilotwin.runs.folder import RUNNING
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.attached import AttachedViewer, open_page
 from kilotwin.session.live import CHUNK_S, Live
+from kilotwin.session.loop import Companion
 from kilotwin.session.steering import Steering
 from kilotwin.units import ticks
 
@@ -22,10 +24,12 @@ if TYPE_CHECKING:
 _SAMPLE_S = 1.0
 
 
-class WorldView:
+class WorldView(Companion):
     """Shows a world while it is stepped, and lets it be steered."""
 
-    def __init__(self, experiment: Experiment, simulation: "Simulation", grid: Any = None) -> None:
+    def __init__(
+        self, experiment: Experiment, simulation: "Simulation", grid: Callable[[str], None]
+    ) -> None:
         """RunError without the built page. `grid`: takes orders for the host of a grid."""
         self._simulation = simulation
         self._viewer = AttachedViewer(self._show, steers=True, framed=True)
@@ -36,7 +40,7 @@ class WorldView:
         steering = Steering(simulation, ticks(_SAMPLE_S), self._writer.add_event, grid)
         has_grid = experiment.keys.grid is not None
         self._live = Live(self._viewer.run_end, simulation, steering, grid=has_grid)
-        self._written_at = (-1.0, -1)  # wall time and tick
+        self._written_s, self._written_tick = -1.0, -1
         self.take()
         self._viewer.open(folder)
 
@@ -45,17 +49,25 @@ class WorldView:
         """The address of the page."""
         return self._viewer.address
 
-    def allowed_ticks(self) -> int:
-        """How far the world may go now; 0 after a wait, if its page has paused it."""
-        return self._live.ticks_now(0)
+    def step(self, now: int) -> None:
+        """Shows how it is, if it is time to; waits a moment if its page has paused it."""
+        if time.monotonic() - self._written_s >= CHUNK_S:
+            self.take()
+        self._live.step(now)
 
-    def take(self, *, now: bool = True) -> None:
-        """Writes down how it is, if it is time to; `now`: in any case."""
-        wall_s, tick = time.monotonic(), self._simulation.tick
-        if tick <= self._written_at[1] or (not now and wall_s - self._written_at[0] < CHUNK_S):
-            return
-        self._written_at = wall_s, tick
-        self._writer.add(self._simulation.snapshot())
+    def next_due(self) -> int:
+        """How far the page lets it go."""
+        return self._live.next_due()
+
+    def take(self) -> None:
+        """Writes down how it is."""
+        if self._simulation.tick > self._written_tick:
+            self._written_s, self._written_tick = time.monotonic(), self._simulation.tick
+            self._writer.add(self._simulation.snapshot())
+
+    def finish(self) -> None:
+        """Shows how it is when it stands still."""
+        self.take()
 
     def close(self) -> None:
         """Ends the viewer; its page keeps what it has."""

@@ -93,18 +93,20 @@ def test_a_moment_goes_out_only_when_it_was_asked_for() -> None:
     run, seen = socket.socketpair()
     with run, seen:
         seen.settimeout(5)
-        live = Live(run.fileno(), Standing())  # type: ignore[arg-type]
-        live.heed(0)
+        zero_ticks = [0]
+        live = Live(run.fileno(), Standing(), zero_tick=lambda: zero_ticks[0])  # type: ignore[arg-type]
+        live.heed()
         seen.setblocking(False)
         with pytest.raises(BlockingIOError):
             seen.recv(1)
         seen.settimeout(5)
         seen.sendall(order(do="look") + order(do="look"))
-        live.heed(zero_tick=40)
+        zero_ticks[0] = 40
+        live.heed()
         head = head_of(message(seen))
         assert head["time_s"] == 60 * TICK_S
         assert head["arrays"]["x_m"][2] == 10
-        live.heed(0)
+        live.heed()
         seen.setblocking(False)
         with pytest.raises(BlockingIOError):
             seen.recv(1)

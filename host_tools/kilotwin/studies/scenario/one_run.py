@@ -16,7 +16,7 @@ from kilotwin.session.black_box import BlackBox, Watch
 from kilotwin.session.confined_worker import confine_trial, load_libraries, unconfined_because
 from kilotwin.session.fork import in_fork
 from kilotwin.session.job import Job
-from kilotwin.session.worker import Trial
+from kilotwin.session.trial import Trial
 from kilotwin.studies.scenario.looks import Failure, Look, Looks
 from kilotwin.studies.sweep.measure import GRACE_S, clock_of
 

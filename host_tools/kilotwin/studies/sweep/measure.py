@@ -31,7 +31,7 @@ from kilotwin.runs.reader import Run
 from kilotwin.session import run
 from kilotwin.session.display import NoDisplay
 from kilotwin.session.job import Job
-from kilotwin.session.worker import Trial
+from kilotwin.session.trial import Trial
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Event, Samples

@@ -1,0 +1,194 @@
+"""Records an emulated world: what its robots did goes to the writer, and to who watches the run."""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.states import Counts
+from kilotwin.metrics.meter import Meter, metrics_summary
+from kilotwin.metrics.moment import Moment
+from kilotwin.metrics.values import NO_METRICS, MetricValues
+from kilotwin.runs.causes import causes
+from kilotwin.runs.folder import FAILURES, UNDEFINED
+from kilotwin.runs.writer import RunWriter
+from kilotwin.session.emulated import EmulatedWorld
+from kilotwin.session.loop import NEVER, Attention, Companion
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Event, Samples
+
+_PROGRESS_S = 0.2
+
+Report = Callable[[dict[str, Any]], None]
+
+
+class Writer(Protocol):
+    """Where a trial's records go; `writer.RunWriter` is the one that makes a run folder."""
+
+    def add(self, samples: "Samples", measured: MetricValues = NO_METRICS) -> Counts | None:
+        """Takes samples of the engine; returns their counts, None for none."""
+
+    def count(self, samples: "Samples") -> Counts:
+        """How many robots do what, in each of the samples."""
+
+    def add_events(self, events: "Iterable[Event | dict[str, Any]]") -> None:
+        """Takes events."""
+
+
+WriterT = TypeVar("WriterT", bound=Writer)
+
+
+class Recorder(Companion, Generic[WriterT]):
+    """Takes samples and events of a world, and measures them."""
+
+    def __init__(
+        self,
+        world: EmulatedWorld,
+        experiment: Experiment,
+        writer: WriterT,
+        meter: Meter,
+        *,
+        report: Report,
+        attention: Attention,
+    ) -> None:
+        """`report` receives the run's progress; `attention` says when the recorder takes what there
+        is. Metrics that look at the world as it is are measured at samples, where it stops."""
+        self._world = world
+        self._experiment = experiment
+        self.writer = writer
+        self.meter = meter
+        self._report = report
+        self._attention = attention
+        self._sample_due = 0 if meter.wants_moments else NEVER
+        self.kinds: Counter[str] = Counter()
+        """How many events there were of each kind."""
+        self._failed: list[dict[str, Any]] = []
+        self._undefined: list[dict[str, Any]] = []
+        self._samples = 0
+        self._sampled_at = -1
+        self._last: Counts | None = None
+        self._reported_at = 0.0
+
+    def step(self, now: int) -> None:
+        """Takes what there is, if it is time to."""
+        if now >= self.next_due():
+            self.take()
+            self._attention.step(now)
+            if self._sample_due < NEVER:
+                sample = self._samples * self._experiment.keys.sample_ticks
+                self._sample_due = max(sample, now + 1)
+
+    def next_due(self) -> int:
+        """When it takes what there is then."""
+        return min(self._attention.next_due(), self._sample_due)
+
+    def take(self) -> None:
+        """Takes all samples and events since the last time."""
+        samples = self._world.samples()
+        last = self._world.over and self._is_now(samples)
+        self._add(samples, last=last)
+
+    def finish(self) -> None:
+        """Takes the rest; the last moment has a sample in any case."""
+        self.take()
+        if self._sampled_at != self._world.run_tick:
+            self._add(self._world.last_moment(), last=True)
+
+    def take_events(self) -> None:
+        """Writes down what happened before now, in order of time."""
+        events = self._world.events()
+        for event in events:
+            if "module" in event:
+                continue
+            self.kinds[event["kind"]] += 1
+            if event["kind"] in FAILURES:
+                self._failed.append(event)
+            elif event["kind"] == UNDEFINED:
+                self._undefined.append(event)
+        if events:
+            self.writer.add_events(events)
+
+    def _is_now(self, samples: "Samples") -> bool:
+        """Whether the last of some samples shows the world as it is."""
+        return len(samples["tick"]) > 0 and int(samples["tick"][-1]) == self._world.run_tick
+
+    def _add(self, samples: "Samples", *, last: bool) -> None:
+        self.take_events()
+        self._samples += len(samples["tick"])
+        counts = self.writer.add(samples, self._measure(samples, last=last))
+        if counts is None:
+            return
+        self._sampled_at = int(samples["tick"][-1])
+        self._last = counts
+        if time.perf_counter() - self._reported_at > _PROGRESS_S:
+            self._reported_at = time.perf_counter()
+            shown = {"tick": self._world.run_tick, **self._robots_now(counts)}
+            self._report({"type": "progress", **shown, "metrics": self.meter.latest})
+
+    def _measure(self, samples: "Samples", *, last: bool) -> MetricValues:
+        if not len(samples["tick"]):
+            return NO_METRICS
+        failed = len({event["robot"] for event in self._failed})
+        has_grid = self._experiment.keys.grid is not None
+        moment = Moment(self._world.simulation, failed, has_grid)
+        before = set(self.meter.failed)
+        measured = self.meter.measure(samples, moment if self._is_now(samples) else None, last=last)
+        for name in self.meter.failed.keys() - before:
+            what = f"metric {name}: {self.meter.failed[name]}"
+            event = {"tick": int(samples["tick"][-1]), "kind": "metric_failed", "text": what}
+            self.writer.add_events([event])
+        return measured
+
+    def _robots_now(self, counts: Counts) -> dict[str, Any]:
+        names = [site.name for site in self._experiment.keys.site]
+        return {
+            "resting": dict(zip(names, counts.resting[-1].tolist(), strict=True)),
+            "not_resting": int(counts.not_resting[-1]),
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """What robots did, and how they are in the run's last moment."""
+        last = self._last
+        if last is None:
+            last = self.writer.count(self._world.snapshot())
+        return {
+            **self._robots_now(last),
+            "events": dict(self.kinds),
+            "robots_failed": self._failed,
+            "causes": [cause.as_dict("robot") for cause in causes(self._failed)],
+            "undefined": [cause.as_dict("robot") for cause in causes(self._undefined)],
+            "metrics": metrics_summary(self._experiment.keys, self.meter.latest),
+            "metrics_failed": self.meter.failed,
+        }
+
+
+class ModuleRecorder(Companion):
+    """Records how a grid's modules are at each sample, and in the last moment."""
+
+    def __init__(self, world: EmulatedWorld, writer: RunWriter, sample_ticks: int) -> None:
+        self._world = world
+        self._writer = writer
+        self._sample_ticks = sample_ticks
+        self._next = 0
+        self._recorded_at = -1
+
+    def step(self, now: int) -> None:
+        """Records them, if this is a sample."""
+        if now >= self._next:
+            self._record(now)
+            self._next = (now // self._sample_ticks + 1) * self._sample_ticks
+
+    def next_due(self) -> int:
+        """The next sample."""
+        return self._next
+
+    def finish(self) -> None:
+        """Records how they are in the last moment."""
+        if self._recorded_at != self._world.tick:
+            self._record(self._world.tick)
+
+    def _record(self, tick: int) -> None:
+        self._writer.add_modules(tick, self._world.simulation.modules())
+        self._recorded_at = tick

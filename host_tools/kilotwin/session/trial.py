@@ -1,0 +1,298 @@
+"""A trial: an experiment run in this process, and all that takes part in it put together."""
+
+import contextlib
+import resource
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Generic
+
+from kilotwin import _emulator
+from kilotwin.errors import InputError
+from kilotwin.experiment.spec.engine import engine_spec, place_of_error
+from kilotwin.experiment.spec.informed import informed_for
+from kilotwin.metrics.functions import Functions, LocalFunctions, RemoteFunctions
+from kilotwin.metrics.meter import Meter
+from kilotwin.runs.event_places import EventPlaces
+from kilotwin.runs.folder import FINISHED, INTERRUPTED, TOUCHED, add_to_manifest
+from kilotwin.runs.writer import RunWriter
+from kilotwin.session.acts import STEERED, Repetition
+from kilotwin.session.emulated import EmulatedWorld
+from kilotwin.session.job import Job
+from kilotwin.session.loop import Attention, Companion, Each, Session
+from kilotwin.session.recorder import ModuleRecorder, Recorder, Report, Writer, WriterT
+from kilotwin.session.steps import Steps
+from kilotwin.units import seconds, ticks
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from kilotwin.session.emulated_environment import EmulatedEnvironment
+    from kilotwin.session.steering import Steering
+
+# About how long a call of the engine takes. Until it is over no signal is seen; at its end no robot
+# may have been run ahead, which with 100,000 robots would cost an eighth at a third of this time.
+_CHUNK_S = 0.4
+
+
+class Trial(Generic[WriterT]):
+    """The engine, the writer, and their companions."""
+
+    def __init__(
+        self,
+        job: Job,
+        report: Report,
+        make_writer: Callable[[], WriterT],
+        confine: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Reads and opens all that it needs, is confined by `confine`, and then loads the programs
+        and powers the robots up."""
+        self._began = time.perf_counter()
+        self._cpu_began = time.process_time()
+        self._job = job
+        self._report = report
+        self._keys = job.experiment.keys
+        self._check_probes()
+        self._simulation = self._make_simulation()
+        meter = self._make_meter()
+        environments = self._make_environments()
+        self.writer = make_writer()
+        writer: Writer = self.writer
+        self._folder = [writer] if isinstance(writer, RunWriter) else []
+        self._world, hosts = self._make_world()
+        confine()
+        self._power_up()
+        self._attach_probes()
+        for environment in environments:
+            self._keep(environment)
+        self._recorder: Recorder[WriterT] = Recorder(
+            self._world,
+            job.experiment,
+            self.writer,
+            meter,
+            report=report,
+            attention=self._make_attention(),
+        )
+        for folder in self._folder:
+            folder.before_event = self._recorder.take_events
+        self._began_tick, self._startup_s = self._world.tick, 0.0
+        self._touched = False
+        self._companions: list[Companion] = [
+            self._recorder,
+            *self._module_recorders(),
+            *self._repetitions(),
+            Steps(self._keys, self._simulation),
+            *hosts,
+            *environments,
+            *self._viewers(),
+            Each(self._note_start),
+        ]
+        report({"type": "started", "folder": str(job.folder)})
+
+    def run(self, stopped: Callable[[], bool]) -> bool:
+        """Advances to the end; False if stopped before. The last record is the last moment."""
+        Session(self._world, self._companions).run(stopped)
+        return self._world.ran
+
+    def summary(self, interrupted: bool) -> dict[str, Any]:
+        """The object that `kilotwin run --json` prints."""
+        simulation = self._simulation
+        cpu_s = time.process_time() - self._cpu_began
+        simulated_s = seconds(self._world.run_tick)
+        parts = {key: it for one in self._companions for key, it in one.summary().items()}
+        return {
+            "experiment": self._keys.name,
+            "seed": self._keys.seed,
+            "status": INTERRUPTED if interrupted else FINISHED,
+            "duration_s": self._keys.duration_s,
+            "simulated_s": round(simulated_s, 3),
+            "robots": simulation.robots,
+            "informed": informed_for(self._keys),
+            "cpu_s": round(cpu_s, 3),
+            "wall_s": round(time.perf_counter() - self._began, 3),
+            "startup_s": round(self._startup_s, 4),
+            "peak_bytes": 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+            "robot_s_per_cpu_s": round(simulation.robots * simulated_s / max(cpu_s, 1e-9)),
+            "result_hash": simulation.result_hash(),
+            "final_hash": simulation.final_hash(),
+            "run_folder": str(self._job.folder),
+            "stats": simulation.stats(),
+            **parts,
+        }
+
+    def frames(self) -> "NDArray[np.uint32]":
+        """[robots, 2]: frames sent and received so far."""
+        return self._simulation.frames()
+
+    def close(self) -> None:
+        """Ends what companions have open; the writer is its maker's."""
+        for folder in self._folder:
+            folder.before_event = lambda: None  # what robots do from now on is no part of it
+        for companion in self._companions:
+            companion.close()
+
+    def _check_probes(self) -> None:
+        probes, size = self._job.probes, self._job.experiment.size
+        wanted = [("--gdb", probes.gdb), *(("--vcd", robot) for robot in probes.vcd)]
+        for option, robot in wanted:
+            if robot is not None and robot >= size:
+                raise InputError(f"{option} {robot}: there are robots 0 to {size - 1}")
+
+    def _make_simulation(self) -> _emulator.Simulation:
+        job = self._job
+        spec = engine_spec(
+            job.experiment,
+            job.guests,
+            sample_ticks=self._keys.sample_ticks,
+            black_box=job.black_box,
+            module_guest=job.module_guest,
+            lead_ticks=self._lead_ticks(),
+            waits=job.serving is not None,
+            debugged=None if job.probes.gdb is None else (job.probes.gdb, job.probes.gdb_port),
+        )
+        with self._placing_errors():
+            return _emulator.Simulation(spec, powered=False)
+
+    def _lead_ticks(self) -> int:
+        if self._keys.grid is None or self._job.serving is not None:
+            return 0
+        from kilotwin.session.emulated_grid import lead_ticks
+
+        return lead_ticks(self._job.experiment)
+
+    @contextlib.contextmanager
+    def _placing_errors(self) -> Iterator[None]:
+        """What the engine does not like becomes an error at its place in the experiment."""
+        job = self._job
+        try:
+            yield
+        except _emulator.EngineError as error:
+            place = place_of_error(job.experiment, str(error), job.module_guest)
+            raise job.experiment.error(place, str(error)) from None
+
+    def _make_meter(self) -> Meter:
+        """Before there is a folder, and before this process is confined."""
+        job = self._job
+        functions: Functions | None = None
+        if job.functions_outside:
+            functions = RemoteFunctions(self._report, sys.stdin.buffer)
+        elif job.experiment.functions:
+            functions = LocalFunctions(job.experiment)
+        return Meter(job.experiment, functions, job.guests)
+
+    def _make_environments(self) -> "list[EmulatedEnvironment]":
+        """Before there is a folder: its program may refuse. A served world's is outside."""
+        if self._keys.environment is None or self._job.serving is not None:
+            return []
+        from kilotwin.session.emulated_environment import EmulatedEnvironment
+
+        return [EmulatedEnvironment(self._job.experiment, self._simulation)]
+
+    def _make_world(self) -> tuple[EmulatedWorld, list[Companion]]:
+        """The world, and what hosts it: the grid's host, or what waits for hosts from outside."""
+        job = self._job
+        places = EventPlaces(job.experiment, job.symbols)
+        if job.serving is not None:
+            from kilotwin.session.served_world import serve
+
+            (writer,) = self._folder
+            served = serve(self._simulation, places, job.experiment, job.serving, writer)
+            for note in served.notes:
+                self._report({"type": "note", "text": note})
+            return served.world, served.companions
+        end = ticks(self._keys.duration_s)
+        if self._keys.grid is None:
+            return EmulatedWorld(self._simulation, places, end=end), []
+        from kilotwin.session.emulated_grid import EmulatedHost
+
+        to = next(iter(self._folder), None)
+        hosts = [EmulatedHost(self._simulation, job.experiment, places, to)]
+        return EmulatedWorld(self._simulation, places, hosts, end), [*hosts]
+
+    def _power_up(self) -> None:
+        """The first time that a program can do anything."""
+        with self._placing_errors():
+            self._simulation.power_up()
+
+    def _attach_probes(self) -> None:
+        probes = self._job.probes
+        try:
+            for robot in probes.vcd:
+                self._simulation.trace(robot, str(self._job.folder / f"robot_{robot}.vcd"))
+        except _emulator.EngineError as error:
+            raise InputError(str(error)) from None
+        if probes.gdb is not None:
+            what = f"robot {probes.gdb} waits; in avr-gdb type: target remote :{probes.gdb_port}"
+            self._report({"type": "note", "text": what})
+
+    def _keep(self, environment: "EmulatedEnvironment") -> None:
+        from kilotwin.runs.environment_record import EnvironmentEvents, EnvironmentRecord
+
+        records = [EnvironmentRecord(folder) for folder in self._folder]
+        environment.keep(next(iter(records), EnvironmentEvents()))
+
+    def _make_attention(self) -> Attention:
+        """When the recorder takes what there is: in a served world, which lives by the wall, at
+        once. Beside a viewer, looks are to take their share of this process's time, not of all."""
+        if self._job.serving is not None:
+            return Attention(0.0)
+        if self._job.live is None:
+            return Attention(_CHUNK_S)
+        from kilotwin.session.live import chunk_s
+
+        return Attention(chunk_s(self._simulation.robots), time.process_time)
+
+    def _module_recorders(self) -> list[Companion]:
+        if self._job.serving is not None:
+            return []
+        sample_ticks = self._keys.sample_ticks
+        return [
+            ModuleRecorder(self._world, folder, sample_ticks)
+            for folder in self._folder
+            if folder.wants_modules
+        ]
+
+    def _repetitions(self) -> list[Companion]:
+        return [Repetition(self._job.acts, self._make_steering().do)] if self._job.acts else []
+
+    def _viewers(self) -> list[Companion]:
+        """The link to a viewer, which does not steer where hosts outside have the say."""
+        job, world = self._job, self._world
+        if job.live is None:
+            return []
+        from kilotwin.session.live import Live
+
+        return [
+            Live(
+                job.live,
+                self._simulation,
+                self._make_steering() if job.serving is None else None,
+                grid=self._keys.grid is not None,
+                zero_tick=lambda: world.zero_tick,
+                waits=lambda: self._report({"type": "waits"}),
+                others=(sys.stdin.fileno(),),
+            )
+        ]
+
+    def _make_steering(self) -> "Steering":
+        from kilotwin.session.steering import Steering, no_grid
+
+        orders = [host.order for host in self._world.hosts]
+        grid = next(iter(orders), no_grid)
+        return Steering(self._simulation, self._keys.sample_ticks, self._note_act, grid)
+
+    def _note_act(self, event: dict[str, Any]) -> None:
+        """The run was steered, or its pace changed: an event, and the manifest says so at once."""
+        self.writer.add_events([event])
+        self._recorder.kinds[event["kind"]] += 1
+        time_s = round(seconds(event["tick"]), 3)
+        if event["kind"] == STEERED and not self._touched:
+            self._touched = True
+            add_to_manifest(self._job.folder, {TOUCHED: {"first_s": time_s}})
+        self._report({"type": "note", "text": f"at {time_s:.3f} s: {event['text']}"})
+
+    def _note_start(self) -> None:
+        """How long it took until the first step was over."""
+        if not self._startup_s and self._world.tick > self._began_tick:
+            self._startup_s = time.perf_counter() - self._began
