@@ -43,7 +43,7 @@ def table(folder: Path) -> Iterator["subprocess.Popen[bytes]"]:
     """The table, waiting on all four buses."""
     said = folder / "served.txt"
     cans = [word for bus in BUSES for word in ("--can", bus)]
-    words = command("run", "--serve", *cans, "--out", folder / "served")
+    words = command("serve", "world", *cans, "--out", folder / "served")
     with said.open("w") as file:
         process = subprocess.Popen(words, cwd=ROOT, stdout=file, stderr=file)
     try:

@@ -77,7 +77,7 @@ class Quiet:
 
 
 class DispatcherClock:
-    """The time of a table with a dispatcher, which is served tick by tick as by `--serve`."""
+    """The time of a table with a dispatcher, which is served tick by tick as by `serve world`."""
 
     def __init__(self, simulation: _emulator.Simulation, layout: Layout) -> None:
         self._simulation = simulation

@@ -9,7 +9,7 @@ from .conftest import KILOTWIN, ROOT
 
 
 class Table:
-    """`kilotwin run ... --serve` in a process of its own."""
+    """`kilotwin serve world` in a process of its own."""
 
     def __init__(
         self, experiment: str | Path, folder: Path, environment: dict[str, str], *words: str
@@ -17,7 +17,7 @@ class Table:
         self._said = (folder / "serve.txt").open("w")
         self.out = folder / "served"
         self.process = subprocess.Popen(
-            [KILOTWIN, "run", experiment, "--serve", "--out", self.out, *words],
+            [KILOTWIN, "serve", "world", experiment, "--out", self.out, *words],
             cwd=ROOT,
             env=environment,
             stdin=subprocess.DEVNULL,

@@ -28,11 +28,11 @@ def table(
     setting more."""
     link = tmp_path / "dispatcher"
     out = tmp_path / "served"
-    words = ["--serve", "--link-dispatcher", str(link), "--out", str(out), *SETTINGS]
+    words = ["--link-dispatcher", str(link), "--out", str(out), *SETTINGS]
     if hasattr(request, "param"):
         words += ["--set", request.param]
     with subprocess.Popen(
-        [str(KILOTWIN), "run", SMALL, *words],
+        [str(KILOTWIN), "serve", "world", SMALL, *words],
         cwd=ROOT,
         env=environment,
         stdin=subprocess.DEVNULL,

@@ -97,7 +97,7 @@ class Lab:
     """Robots, and the host of their overhead controller."""
 
     def __init__(self, robots: list[dict[str, object]]) -> None:
-        # Steps as with --serve. To translate the images takes longer than they run.
+        # Steps as in a served world. To translate the images takes longer than they run.
         engine = {"step_ticks": 1, "avr_core": "interpreted"}
         sees_all = {"overhead_loss": 0}  # where one lap is to do
         self.world = World(
@@ -216,7 +216,7 @@ sample_s = 0.1
 
 def serve(folder: Path, environment: dict[str, str], *words: str) -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [KILOTWIN, "run", "served.toml", "--serve", "--out", "out", "--link-ohc", "ohc", *words],
+        [KILOTWIN, "serve", "world", "served.toml", "--out", "out", "--link-ohc", "ohc", *words],
         cwd=folder,
         env=environment,
         stdin=subprocess.DEVNULL,
@@ -314,6 +314,18 @@ def test_what_does_not_go_with_a_served_world_is_refused(
         (["--can", "vcan0"], r"--can: .*served.toml has no \[grid\], so no CAN buses"),
         (["--link-ohc", tmp_path / "taken"], r"--link-ohc .*: there is a file of that name"),
     ):
-        done = kilotwin("run", file, "--serve", *words, "--out", tmp_path / "no", expect=2)
+        done = kilotwin("serve", "world", file, *words, "--out", tmp_path / "no", expect=2)
         assert re.search(said, done.stderr), done.stderr
         assert "Traceback" not in done.stderr
+
+
+def test_run_serve_says_for_one_more_version_what_it_is_called_now(
+    tmp_path: Path, kilotwin: Kilotwin
+) -> None:
+    (tmp_path / "lamp.c").write_text(LAMP)
+    file = tmp_path / "served.toml"
+    file.write_text(EXPERIMENT)
+    done = kilotwin("run", file, "--serve", "--port", "29600", expect=2)
+    first, why = done.stderr.splitlines()
+    assert first == f"--serve goes with the next version; type: kilotwin serve world {file}"
+    assert "has no [grid], so no CAN buses" in why

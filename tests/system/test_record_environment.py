@@ -50,7 +50,7 @@ def served(folder: Path, environment: dict[str, str], port: int) -> Iterator[Non
     """Robots and a camera above them, until they are not needed any more."""
     process = subprocess.Popen(
         [
-            *(KILOTWIN, "run", "wall.toml", "--serve", "--out", "emulated", "--link-ohc", "ohc"),
+            *(KILOTWIN, "serve", "world", "wall.toml", "--out", "emulated", "--link-ohc", "ohc"),
             *("--poses", f"udp:127.0.0.1:{port}", "--set", "duration_s=1000", *SPEED),
         ],
         cwd=folder,

@@ -127,7 +127,7 @@ def test_a_run_cut_off_is_compared_as_far_as_it_came(make: Make, kilotwin: Kilot
     ("change", "said"),
     [
         ({"engine": None}, "a recording of real robots or a table; no emulator repeats it"),
-        ({"command_line": ["kilotwin", "run", "--serve"]}, "hosts outside had a hand in it"),
+        ({"command_line": ["kilotwin", "serve", "world"]}, "hosts outside had a hand in it"),
         ({"summary": {}}, "has no result_hash of every sample"),
     ],
 )

@@ -1,8 +1,11 @@
 """`kilotwin run`: an experiment in the emulator."""
 
+import contextlib
 import json
 import math
 import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -20,7 +23,6 @@ from kilotwin.commands.options import (
     RunFolder,
     Seed,
     Settings,
-    Speed,
     Trust,
     View,
     ViewPort,
@@ -42,6 +44,8 @@ from kilotwin.session.run import Outcome
 from kilotwin.session.run import run as run_experiment
 
 if TYPE_CHECKING:
+    from kilotwin.session.attached import AttachedViewer
+    from kilotwin.session.display import Display
     from kilotwin.session.verify import Verdict
 
 app = command_app()
@@ -54,56 +58,22 @@ Plots = Annotated[
         help="Also write map.png and timeline.png into the folder.",
     ),
 ]
-Serve = Annotated[
-    bool,
-    typer.Option(
-        "--serve",
-        envvar="KILOTWIN_SERVE",
-        help="Wait for a host, in real time: on an overhead controller's serial port and, with a "
-        "\\[grid], on CAN buses; see `kilotwin record`.",
-    ),
-]
-Port = Annotated[
-    int | None,
-    typer.Option(min=1, max=65535, envvar="KILOTWIN_PORT", help="--serve: on this port."),
-]
+# Options of `kilotwin serve world`, which `run --serve` was; they go with the next version.
+Serve = Annotated[bool, typer.Option("--serve", envvar="KILOTWIN_SERVE", hidden=True)]
+Port = Annotated[int | None, typer.Option(min=1, max=65535, envvar="KILOTWIN_PORT", hidden=True)]
 Interfaces = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--can",
-        metavar="INTERFACE",
-        envvar="KILOTWIN_SERVE_CAN",
-        help="--serve: on these interfaces of the kernel, one per bus.",
-    ),
+    list[str] | None, typer.Option("--can", envvar="KILOTWIN_SERVE_CAN", hidden=True)
 ]
 OhcLink = Annotated[
-    Path | None,
-    typer.Option(
-        "--link-ohc",
-        metavar="FILE",
-        envvar="KILOTWIN_LINK_OHC",
-        help="--serve: also give the overhead controller's port this name.",
-    ),
+    Path | None, typer.Option("--link-ohc", envvar="KILOTWIN_LINK_OHC", hidden=True)
 ]
 DispatcherLink = Annotated[
-    Path | None,
-    typer.Option(
-        "--link-dispatcher",
-        metavar="FILE",
-        envvar="KILOTWIN_LINK_DISPATCHER",
-        help="--serve: the same for the dispatcher's port.",
-    ),
+    Path | None, typer.Option("--link-dispatcher", envvar="KILOTWIN_LINK_DISPATCHER", hidden=True)
 ]
-Poses = Annotated[
-    str | None,
-    typer.Option(
-        metavar="udp:HOST:PORT",
-        envvar="KILOTWIN_POSES",
-        help="--serve: a camera above the robots sends their poses there, as lines of JSON.",
-    ),
-]
-Fast = Annotated[
-    bool, typer.Option("--fast", envvar="KILOTWIN_FAST", help="--serve: do not wait at all.")
+Poses = Annotated[str | None, typer.Option(envvar="KILOTWIN_POSES", hidden=True)]
+Fast = Annotated[bool, typer.Option("--fast", envvar="KILOTWIN_FAST", hidden=True)]
+ServedSpeed = Annotated[
+    float, typer.Option("--speed", min=0.001, envvar="KILOTWIN_SPEED", hidden=True)
 ]
 Gdb = Annotated[
     int | None,
@@ -168,9 +138,6 @@ Vcd = Annotated[
     epilog="Examples:\n\n"
     "  kilotwin run experiments/paper/simplified-n100.toml\n\n"
     "  kilotwin run experiments/paper/firat-n50.toml --seed 7 --set swarm.informed=0.5 --json\n\n"
-    "  kilotwin run experiments/kilogrid/paper-n50.toml --serve\n\n"
-    "  kilotwin run experiments/porting/native-and-avr.toml --serve --link-ohc ohc\n\n"
-    "  kilotwin run experiments/environment/wall.toml --serve --poses udp:127.0.0.1:5005\n\n"
     "  kilotwin run my.toml --view\n\n"
     "  kilotwin run my.toml --dry-run --json\n\n"
     "  kilotwin run my.toml --coverage\n\n"
@@ -190,7 +157,7 @@ def run(
     link_ohc: OhcLink = None,
     link_dispatcher: DispatcherLink = None,
     poses: Poses = None,
-    speed: Speed = 1.0,
+    speed: ServedSpeed = 1.0,
     fast: Fast = False,
     gdb: Gdb = None,
     gdb_port: GdbPort = 1234,
@@ -219,19 +186,18 @@ def run(
         if any(option not in (None, False, []) for option in others):
             raise InputError("--verify repeats a run as it was; give --out, --json or --quiet")
         _verify(experiment, out, as_json, quiet)
-    serving = None
     if serve:
-        # The engine takes frames of the host once in a world step.
-        given.insert(0, Setting(("engine", "step_ticks"), 1, "--serve"))
-        from kilotwin.table.environment.poses import parse_address
-
-        serving = Serving(
-            port,
-            tuple(can or ()),
-            math.inf if fast else speed,
-            link_ohc,
-            link_dispatcher,
-            None if poses is None else parse_address(poses),
+        typer.echo(
+            f"--serve goes with the next version; type: kilotwin serve world {experiment}", err=True
+        )
+        serve_world(
+            experiment,
+            given,
+            serving_of(
+                port, can, link_ohc, link_dispatcher, poses, speed=math.inf if fast else speed
+            ),
+            Shown(view, view_port, no_browser, as_json, quiet),
+            out,
         )
     given = [*_ways_to_run(coverage, sanitize), *given]
     loaded = Experiment.load(experiment, given)
@@ -239,23 +205,17 @@ def run(
         size = size_of(loaded.keys)
         typer.echo(json.dumps(size.as_dict()) if as_json else size.text())
         return
-    if serving is not None:
-        serving.check(loaded)
     _check_ways(loaded, coverage, sanitize)
     if plots:
         extras.require("matplotlib")
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))
-    display = terminal.display(quiet)
-    steers = serving is None
-    with window(
-        view, display, port=view_port, no_browser=no_browser, quiet=quiet, steers=steers
-    ) as viewer:
+    shown = Shown(view, view_port, no_browser, as_json, quiet)
+    with shown.display(steers=True) as (display, viewer):
         outcome = run_experiment(
             loaded,
             out,
             sys.argv,
             display,
-            serving=serving,
             probes=probes,
             twin=twin,
             window=viewer,
@@ -265,6 +225,63 @@ def run(
         if coverage:
             _cover(loaded, outcome)
         _tell(outcome, plots=plots, as_json=as_json)
+        if not outcome.stop_asked:
+            stay(viewer)
+    raise typer.Exit(outcome.exit_code)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How a run is shown, as options have it."""
+
+    view: bool
+    view_port: int
+    no_browser: bool
+    as_json: bool
+    quiet: bool
+
+    @contextlib.contextmanager
+    def display(self, *, steers: bool) -> "Iterator[tuple[Display, AttachedViewer | None]]":
+        """The display on the terminal, and the page if it is wanted; `steers`: the page may."""
+        display = terminal.display(self.quiet)
+        with window(
+            self.view,
+            display,
+            port=self.view_port,
+            no_browser=self.no_browser,
+            quiet=self.quiet,
+            steers=steers,
+        ) as viewer:
+            yield display, viewer
+
+
+def serving_of(
+    port: int | None,
+    can: list[str] | None,
+    link_ohc: Path | None,
+    link_dispatcher: Path | None,
+    poses: str | None,
+    *,
+    speed: float,
+) -> Serving:
+    """How a world is served, by the options of `kilotwin serve world`."""
+    from kilotwin.table.environment.poses import parse_address
+
+    to = None if poses is None else parse_address(poses)
+    return Serving(port, tuple(can or ()), speed, link_ohc, link_dispatcher, to)
+
+
+def serve_world(
+    experiment: Path, given: list[Setting], serving: Serving, shown: Shown, out: Path | None
+) -> NoReturn:
+    """Serves an experiment's world, until a host has had its run."""
+    # The engine takes frames of the host once in a world step.
+    each_tick = Setting(("engine", "step_ticks"), 1, "serve world")
+    loaded = Experiment.load(experiment, [each_tick, *given])
+    serving.check(loaded)
+    with shown.display(steers=False) as (display, viewer):
+        outcome = run_experiment(loaded, out, sys.argv, display, serving=serving, window=viewer)
+        _tell(outcome, plots=False, as_json=shown.as_json)
         if not outcome.stop_asked:
             stay(viewer)
     raise typer.Exit(outcome.exit_code)

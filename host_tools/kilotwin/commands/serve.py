@@ -1,29 +1,114 @@
-"""`kilotwin serve ...`: devices that are emulated by themselves, for programs outside."""
+"""`kilotwin serve ...`: a world or a device that is emulated for programs outside."""
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.options import Json, Quiet
+from kilotwin.commands.options import (
+    ConfineMode,
+    File,
+    Json,
+    NoBrowser,
+    Quiet,
+    RunFolder,
+    Seed,
+    Settings,
+    Speed,
+    Trust,
+    View,
+    ViewPort,
+    given_settings,
+)
+from kilotwin.commands.run import Shown, serve_world, serving_of
+from kilotwin.files import confinement
 from kilotwin.files.interrupts import heeding_interrupts
 from kilotwin.table.flash.served_programmer import ServedProgrammer
 
 app = typer.Typer(
-    help="Emulates a device on a serial port, for other programs, until Ctrl-C.",
-    epilog="A whole table for a host, with robots and CAN buses, is `kilotwin run EXP.toml "
-    "--serve`.",
+    help="Emulates a table with robots, or a device, for programs outside.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 
 
-@app.callback()
-def devices() -> None:
-    """Keeps a name for each device, although there is one."""
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin serve world experiments/kilogrid/paper-n50.toml\n\n"
+    "  kilotwin record experiments/kilogrid/paper-n50.toml --can ...     (in another terminal)\n\n"
+    "  kilotwin serve world experiments/porting/native-and-avr.toml --link-ohc ohc\n\n"
+    "  kilotwin serve world experiments/environment/wall.toml --poses udp:127.0.0.1:5005"
+)
+def world(
+    experiment: File,
+    *,
+    seed: Seed = None,
+    settings: Settings = None,
+    out: RunFolder = None,
+    port: Annotated[
+        int | None,
+        typer.Option(min=1, max=65535, envvar="KILOTWIN_PORT", help="CAN buses on this port."),
+    ] = None,
+    can: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="INTERFACE",
+            envvar="KILOTWIN_SERVE_CAN",
+            help="CAN buses on these interfaces of the kernel, one per bus.",
+        ),
+    ] = None,
+    link_ohc: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            envvar="KILOTWIN_LINK_OHC",
+            help="Also give the overhead controller's port this name.",
+        ),
+    ] = None,
+    link_dispatcher: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            envvar="KILOTWIN_LINK_DISPATCHER",
+            help="The same for the dispatcher's port.",
+        ),
+    ] = None,
+    poses: Annotated[
+        str | None,
+        typer.Option(
+            metavar="udp:HOST:PORT",
+            envvar="KILOTWIN_POSES",
+            help="A camera above the robots sends their poses there, as lines of JSON.",
+        ),
+    ] = None,
+    speed: Speed = 1.0,
+    fast: Annotated[
+        bool, typer.Option("--fast", envvar="KILOTWIN_FAST", help="Do not wait at all.")
+    ] = False,
+    confine: ConfineMode = None,
+    trust: Trust = False,
+    view: View = False,
+    view_port: ViewPort = 0,
+    no_browser: NoBrowser = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Emulate an experiment's robots for a host outside, in real time, and leave a run folder.
+
+    The host finds an overhead controller's serial port and, with a \\[grid], CAN buses.
+    """
+    confinement.choose(confine, trust)
+    serve_world(
+        experiment,
+        given_settings(settings, seed),
+        serving_of(port, can, link_ohc, link_dispatcher, poses, speed=math.inf if fast else speed),
+        Shown(view, view_port, no_browser, as_json, quiet),
+        out,
+    )
 
 
 @app.command(

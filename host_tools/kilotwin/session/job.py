@@ -42,7 +42,7 @@ class Serving:
         """InputError if the experiment has no such table."""
         if experiment.keys.step:
             where = experiment.origin.where(("step", 0))
-            raise InputError(f"{where}: a served table has no [[step]]; remove it for --serve")
+            raise InputError(f"{where}: a served table has no [[step]]; remove it")
         if experiment.plan is None:
             given = {
                 "--can": bool(self.interfaces),

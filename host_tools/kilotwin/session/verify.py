@@ -87,8 +87,8 @@ def _experiment(before: Run, rows: pa.Table) -> Experiment:
     manifest, folder = before.manifest, before.folder
     if "engine" not in manifest:
         raise InputError(f"{folder}: a recording of real robots or a table; no emulator repeats it")
-    if any(word == "--serve" for word in manifest.get("command_line", [])):
-        raise InputError(f"{folder}: hosts outside had a hand in it (--serve); no repeating that")
+    if {"--serve", "serve"} & set(manifest.get("command_line", [])):
+        raise InputError(f"{folder}: hosts outside had a hand in it; no repeating that")
     if not rows.num_rows and not before.sites().num_rows:
         raise InputError(f"{folder}: holds no samples; there is nothing to compare")
     if manifest["status"] == FINISHED:

@@ -176,7 +176,7 @@ def _remedy(name: BusName, reason: str) -> str:
         )
     if name.interface == "socketcand":
         where = "" if name.port == SOCKETCAND_PORT else f" on port {name.port}"
-        return f"is `kilotwin run EXP.toml --serve` running there{where}? It prints what to type"
+        return f"is `kilotwin serve world EXP.toml` running there{where}? It prints what to type"
     if name.interface == "socketcan":
         return (
             f"type: ip link set {name.channel} up type can bitrate {CAN_BIT_RATE} restart-ms 100; "
