@@ -1,5 +1,5 @@
 """`python -m kilotwin` is the `kilotwin` command."""
 
-from kilotwin.commands.cli import script
+from kilotwin.commands.cli import main
 
-script()
+main()

@@ -54,18 +54,15 @@ def bench(
     *,
     repeats: Annotated[
         int,
-        typer.Option(min=1, envvar="KILOTWIN_REPEATS", help="Runs of each; the median counts."),
+        typer.Option(min=1, help="Runs of each; the median counts."),
     ] = 3,
     duration_s: Annotated[
         float | None,
-        typer.Option(
-            envvar="KILOTWIN_DURATION_S", help="Simulated seconds in place of whole trials."
-        ),
+        typer.Option(help="Simulated seconds in place of whole trials."),
     ] = None,
     against: Annotated[
         Path | None,
         typer.Option(
-            envvar="KILOTWIN_AGAINST",
             help="Another checkout, set up: run its engine and this one in turns.",
         ),
     ] = None,

@@ -38,15 +38,12 @@ def build(
         typer.Argument(help="A .c file or several, or a folder whose .c files are one."),
     ] = None,
     *,
-    target: Annotated[
-        For, typer.Option("--for", envvar="KILOTWIN_FOR", help="What the program runs on.")
-    ] = For.robot,
+    target: Annotated[For, typer.Option("--for", help="What the program runs on.")] = For.robot,
     hex_file: Annotated[
         Path | None,
         typer.Option(
             "--hex",
             metavar="FILE.hex",
-            envvar="KILOTWIN_HEX",
             help="Build the image to flash, with FILE.elf beside it.",
         ),
     ] = None,
@@ -54,15 +51,12 @@ def build(
     define: Define = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "-o", "--output", envvar="KILOTWIN_OUTPUT", help="Without --hex: copy the guest there."
-        ),
+        typer.Option("-o", "--output", help="Without --hex: copy the guest there."),
     ] = None,
     show: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE.hex",
-            envvar="KILOTWIN_SHOW",
             help="Build nothing: say what a .hex file holds, and what it was built of.",
         ),
     ] = None,

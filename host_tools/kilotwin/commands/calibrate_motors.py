@@ -46,9 +46,7 @@ EMULATED = "emulated:"
 _QUIET_QUESTIONS = 6
 _SET = re.compile(r"(\d+):(\w+)=(\d+)")
 
-LabFile = Annotated[
-    Path, typer.Option("--lab", envvar="KILOTWIN_LAB", help="The lab's file; made if not there.")
-]
+LabFile = Annotated[Path, typer.Option("--lab", help="The lab's file; made if not there.")]
 MotorsVia = Annotated[
     str,
     typer.Option(
@@ -70,13 +68,11 @@ SetDuties = Annotated[
 ]
 Rounds = Annotated[
     int,
-    typer.Option(min=1, max=20, envvar="KILOTWIN_ROUNDS", help="On a grid: how often all drive."),
+    typer.Option(min=1, max=20, help="On a grid: how often all drive."),
 ]
 DriveS = Annotated[
     float,
-    typer.Option(
-        min=30, max=3600, envvar="KILOTWIN_DRIVE_S", help="On a grid: for how long in each round."
-    ),
+    typer.Option(min=30, max=3600, help="On a grid: for how long in each round."),
 ]
 
 
@@ -84,7 +80,6 @@ Turns = Annotated[
     bool,
     typer.Option(
         "--turns/--no-turns",
-        envvar="KILOTWIN_TURNS",
         help="On a grid: whether duties of turns are set, too. Without, they stay.",
     ),
 ]

@@ -40,7 +40,6 @@ Pairs = Annotated[
     str | None,
     typer.Option(
         metavar="UID-UID,...",
-        envvar="KILOTWIN_PAIRS",
         help="The robots that lie in pairs, by uid. Emulated ones pair by themselves.",
     ),
 ]
@@ -49,7 +48,6 @@ JigCommand = Annotated[
     typer.Option(
         "--jig",
         metavar="COMMAND",
-        envvar="KILOTWIN_JIG",
         help="Sets the distance in place of a person: called with the millimetres, centre to "
         "centre; exit code 0 when robots lie there.",
     ),
@@ -59,7 +57,6 @@ Checks = Annotated[
     typer.Option(
         "--check",
         metavar="MM,...",
-        envvar="KILOTWIN_CHECK",
         help="Then measure at these distances, too, to see how well tables do. Emulated: "
         f"{_EMULATED_CHECKS} if not given.",
     ),
@@ -70,7 +67,6 @@ ReadingsOption = Annotated[
         "--readings",
         min=2,
         max=100,
-        envvar="KILOTWIN_READINGS",
         help="Of each robot at each distance.",
     ),
 ]

@@ -34,7 +34,6 @@ Sarif = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        envvar="KILOTWIN_SARIF",
         help="Also write the findings as SARIF, for annotations on the lines.",
     ),
 ]
@@ -44,27 +43,20 @@ PortTime = Annotated[
         "--time",
         min=1,
         max=86400,
-        envvar="KILOTWIN_TIME",
         help="Simulated seconds to run it for on the chip.",
     ),
 ]
 Flash = Annotated[
     int | None,
-    typer.Option(
-        "--flash", metavar="BYTES", min=1, envvar="KILOTWIN_FLASH", help="Its budget of flash."
-    ),
+    typer.Option("--flash", metavar="BYTES", min=1, help="Its budget of flash."),
 ]
 Ram = Annotated[
     int | None,
-    typer.Option(
-        "--ram", metavar="BYTES", min=1, envvar="KILOTWIN_RAM", help="Its budget of variables."
-    ),
+    typer.Option("--ram", metavar="BYTES", min=1, help="Its budget of variables."),
 ]
 Stack = Annotated[
     int | None,
-    typer.Option(
-        "--stack", metavar="BYTES", min=1, envvar="KILOTWIN_STACK", help="Its budget of stack."
-    ),
+    typer.Option("--stack", metavar="BYTES", min=1, help="Its budget of stack."),
 ]
 
 

@@ -24,7 +24,6 @@ def check_run(
         bool,
         typer.Option(
             "--repair",
-            envvar="KILOTWIN_REPAIR",
             help="Of a run that was killed: make its Parquet tables of what is whole, cut off a "
             "torn line, close its manifest.",
         ),

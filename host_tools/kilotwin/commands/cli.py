@@ -4,13 +4,11 @@ To add a command, add a module with an `app` that holds it, and a line to COMMAN
 an environment variable too.
 """
 
-import atexit
 import contextlib
 import gc
 import os
 import signal
 import sys
-import threading
 from importlib import import_module
 from pathlib import Path
 from types import FrameType
@@ -24,7 +22,6 @@ import kilotwin
 from kilotwin.errors import InputError, InterruptError, KilotwinError, RunError, cause_of
 from kilotwin.files import extras
 from kilotwin.files.confinement import SINGLE_THREADED
-from kilotwin.files.lean_pydantic import leave_plugins_out
 from kilotwin.files.plain_text import plain
 
 COMMANDS = {
@@ -53,7 +50,7 @@ COMMANDS = {
     "robots": "Gives orders to all robots by infrared light, and asks them how they are.",
     "calibrate": "Sets robots' duties, gain tables and uids, in their EEPROM and in the lab's "
     "file.",
-    "serve": "Emulates a device on a serial port, for other programs, until Ctrl-C.",
+    "serve": "Emulates a table with robots, or a device, for programs outside.",
     "grid": "Talks to the modules of a Kilogrid, and through them to its robots.",
 }
 """Modules of kilotwin.commands and the first lines of their help, in the order of `--help`."""
@@ -75,8 +72,20 @@ class Commands(typer.core.TyperGroup):
 
 
 def load(name: str) -> Any:
-    """The command or group of commands called `name`, as click has it."""
-    return typer.main.get_command(import_module(f"kilotwin.commands.{name.replace('-', '_')}").app)
+    """The command or group of commands called `name`, as click has it.
+
+    Each option can be set in the environment: `--link-ohc` by KILOTWIN_LINK_OHC. One that has
+    another variable, which its declaration names, shows it in its help.
+    """
+    module = import_module(f"kilotwin.commands.{name.replace('-', '_')}")
+    command: Any = typer.main.get_command(module.app)
+    for one in (command, *getattr(command, "commands", {}).values()):
+        for option in one.params:
+            if option.param_type_name == "option" and option.envvar is None:
+                longest = max(option.opts, key=len).lstrip("-")
+                option.envvar = "KILOTWIN_" + longest.replace("-", "_").upper()
+                option.show_envvar = False
+    return command
 
 
 app = typer.Typer(
@@ -84,32 +93,13 @@ app = typer.Typer(
     help="Runs unedited Kilobot firmware in a simulated world, and looks at what came of it.",
     epilog="Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 device missing, 4 some robots "
     "or modules failed (listed), 124 a test took too long, 130 interrupted. Every option can be "
-    "set in the environment, see each command's --help.",
+    "set in the environment: --out by KILOTWIN_OUT.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-
-def script() -> NoReturn:
-    """The console script: main(), and then the end of the process at once, where no thread is left.
-
-    To take down all that the libraries made would take longer than many a command.
-    """
-    code: int | str | None = 0
-    try:
-        main()
-    except SystemExit as ended:
-        code = ended.code or 0
-    if not isinstance(code, int) or threading.active_count() > 1:
-        sys.exit(code)
-    atexit._run_exitfuncs()
-    with contextlib.suppress(OSError):
-        sys.stdout.flush()
-        sys.stderr.flush()
-    os._exit(code)
 
 
 def main() -> None:
@@ -119,7 +109,7 @@ def main() -> None:
     # Threads of numpy's linear algebra, of which we have none, would only spin beside the engine.
     for name, value in SINGLE_THREADED.items():
         os.environ.setdefault(name, value)
-    leave_plugins_out()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # we have none
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _end)
@@ -210,4 +200,4 @@ for _name, _help in COMMANDS.items():
 
 
 if __name__ == "__main__":
-    script()
+    main()

@@ -32,14 +32,13 @@ Within = Annotated[
     list[str] | None,
     typer.Option(
         metavar="METRIC=BOUND",
-        envvar="KILOTWIN_WITHIN",
         help="A B: how far B may be from A, as hops=2 or hops=10%; repeatable. 1 if it is not "
         "within for sure.",
     ),
 ]
 OnlyMetrics = Annotated[
     list[str] | None,
-    typer.Option("--metric", envvar="KILOTWIN_METRIC", help="A B: only this metric; repeatable."),
+    typer.Option("--metric", help="A B: only this metric; repeatable."),
 ]
 
 

@@ -21,17 +21,15 @@ def export(
     *,
     csv: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FOLDER", envvar="KILOTWIN_CSV", help="A new folder, a CSV file per table."
-        ),
+        typer.Option(metavar="FOLDER", help="A new folder, a CSV file per table."),
     ] = None,
     mcap: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", envvar="KILOTWIN_MCAP", help="A log that Foxglove opens."),
+        typer.Option(metavar="FILE", help="A log that Foxglove opens."),
     ] = None,
     rrd: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", envvar="KILOTWIN_RRD", help="A recording that Rerun opens."),
+        typer.Option(metavar="FILE", help="A recording that Rerun opens."),
     ] = None,
 ) -> None:
     """Write a run as other tools read it: CSV, MCAP for Foxglove, RRD for Rerun."""

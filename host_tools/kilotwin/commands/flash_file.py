@@ -16,9 +16,7 @@ File = Annotated[
 ]
 Force = Annotated[
     bool,
-    typer.Option(
-        "--force", envvar="KILOTWIN_FORCE", help="Also what `kilotwin port` says would fail."
-    ),
+    typer.Option("--force", help="Also what `kilotwin port` says would fail."),
 ]
 Display = steps.Lines | steps.Bar
 

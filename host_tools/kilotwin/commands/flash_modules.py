@@ -33,7 +33,6 @@ ModuleOption = Annotated[
     typer.Option(
         "--module",
         metavar="COLUMN-ROW",
-        envvar="KILOTWIN_MODULE",
         help="Only these, as 3-7,4-7, or repeated; else all that answer.",
     ),
 ]
@@ -41,7 +40,6 @@ OldLoader = Annotated[
     bool,
     typer.Option(
         "--old-loader",
-        envvar="KILOTWIN_OLD_LOADER",
         help="Do not ask: their boot loaders are original ones. Else that is found out.",
     ),
 ]

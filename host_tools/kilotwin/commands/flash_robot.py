@@ -31,9 +31,7 @@ class Via(StrEnum):
     ISP = "isp"
 
 
-ViaOption = Annotated[
-    Via, typer.Option(envvar="KILOTWIN_VIA", help="How: isp is a programmer on the robot's pins.")
-]
+ViaOption = Annotated[Via, typer.Option(help="How: isp is a programmer on the robot's pins.")]
 Programmer = Annotated[
     str, typer.Option("-c", envvar="KILOTWIN_PROGRAMMER", help="Its kind, as avrdude names it.")
 ]
@@ -53,20 +51,15 @@ LoaderOption = Annotated[
     typer.Option(
         "--loader",
         metavar="FILE|keep|none",
-        envvar="KILOTWIN_LOADER",
         help="The boot loader: Kilotwin's if not given.",
     ),
 ]
 Eeprom = Annotated[
     Path | None,
-    typer.Option(envvar="KILOTWIN_EEPROM", help="Write this EEPROM in place of the chip's."),
+    typer.Option(help="Write this EEPROM in place of the chip's."),
 ]
-Keep = Annotated[
-    Path, typer.Option(envvar="KILOTWIN_KEEP", help="The folder where EEPROMs are kept.")
-]
-DryRun = Annotated[
-    bool, typer.Option("--dry-run", envvar="KILOTWIN_DRY_RUN", help="Read the chip, write nothing.")
-]
+Keep = Annotated[Path, typer.Option(help="The folder where EEPROMs are kept.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Read the chip, write nothing.")]
 
 
 def robot(

@@ -30,15 +30,12 @@ Uids = Annotated[
     typer.Option(
         "--uids",
         metavar="1-50,60",
-        envvar="KILOTWIN_UIDS",
         help="Which robots are expected; else those that answer at first.",
     ),
 ]
 CountOption = Annotated[
     int | None,
-    typer.Option(
-        "--count", min=1, max=10000, envvar="KILOTWIN_COUNT", help="How many robots are expected."
-    ),
+    typer.Option("--count", min=1, max=10000, help="How many robots are expected."),
 ]
 Laps = Annotated[
     int,
@@ -46,13 +43,10 @@ Laps = Annotated[
         "--laps",
         min=1,
         max=100,
-        envvar="KILOTWIN_LAPS",
         help="How often all is sent everywhere for robots that do not answer.",
     ),
 ]
-Run = Annotated[
-    bool, typer.Option("--run", envvar="KILOTWIN_RUN", help="Then have the program run.")
-]
+Run = Annotated[bool, typer.Option("--run", help="Then have the program run.")]
 
 
 def robots(

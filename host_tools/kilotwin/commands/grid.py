@@ -160,19 +160,15 @@ def send(
     *,
     kind: Annotated[
         int | None,
-        typer.Option(
-            "--type", min=0, max=127, envvar="KILOTWIN_TYPE", help="user: the message's type."
-        ),
+        typer.Option("--type", min=0, max=127, help="user: the message's type."),
     ] = None,
     data: Annotated[
         str | None,
-        typer.Option("--data", envvar="KILOTWIN_DATA", help="user: up to nine bytes, with commas."),
+        typer.Option("--data", help="user: up to nine bytes, with commas."),
     ] = None,
     hold_s: Annotated[
         float,
-        typer.Option(
-            "--hold-s", min=0.1, max=3600, envvar="KILOTWIN_HOLD_S", help="How long it is repeated."
-        ),
+        typer.Option("--hold-s", min=0.1, max=3600, help="How long it is repeated."),
     ] = 3.0,
     buses: Buses = None,
     size: Size = None,

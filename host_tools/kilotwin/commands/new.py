@@ -18,7 +18,6 @@ From = Annotated[
     typer.Option(
         "--from",
         metavar="WHEEL",
-        envvar="KILOTWIN_FROM",
         help="Where the repository's pip gets Kilotwin: a wheel, which it then carries, a folder "
         "with one, the URL of one, or a git address. If not given where this one came from, or you "
         "are asked.",
@@ -34,9 +33,7 @@ From = Annotated[
 def new(
     folder: Annotated[Path, typer.Argument(metavar="NAME", help="The folder to make.")],
     *,
-    grid: Annotated[
-        bool, typer.Option("--grid", envvar="KILOTWIN_GRID", help="Robots on a Kilogrid.")
-    ] = False,
+    grid: Annotated[bool, typer.Option("--grid", help="Robots on a Kilogrid.")] = False,
     where: From = None,
     as_json: Json = False,
 ) -> None:

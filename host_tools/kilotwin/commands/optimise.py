@@ -28,18 +28,15 @@ Over = Annotated[
     list[str] | None,
     typer.Option(
         metavar="KEY=RANGE",
-        envvar="KILOTWIN_OVER",
         help="A key to choose, as beta=1..4, size=10..50:10, x=0.001..1,log or kind=a|b; "
         "repeatable.",
     ),
 ]
 Repeats = Annotated[
     int,
-    typer.Option(min=1, max=10_000, envvar="KILOTWIN_REPEATS", help="Seeds of each point."),
+    typer.Option(min=1, max=10_000, help="Seeds of each point."),
 ]
-SearchSeed = Annotated[
-    int, typer.Option("--search-seed", envvar="KILOTWIN_SEARCH_SEED", help="Of the choices.")
-]
+SearchSeed = Annotated[int, typer.Option("--search-seed", help="Of the choices.")]
 
 
 class Goal(StrEnum):
@@ -93,34 +90,27 @@ def optimise(
     over: Over = None,
     metric: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", envvar="KILOTWIN_METRIC", help="Repeatable."),
+        typer.Option(metavar="NAME", help="Repeatable."),
     ] = None,
     goal: Annotated[
         list[Goal] | None,
-        typer.Option(envvar="KILOTWIN_GOAL", help="max or min, one for each metric."),
+        typer.Option(help="max or min, one for each metric."),
     ] = None,
-    points: Annotated[
-        int, typer.Option(min=1, max=100_000, envvar="KILOTWIN_POINTS", help="To try.")
-    ] = 40,
+    points: Annotated[int, typer.Option(min=1, max=100_000, help="To try.")] = 40,
     repeats: Repeats = 3,
     batch: Annotated[
         int,
-        typer.Option(
-            min=1, max=1000, envvar="KILOTWIN_BATCH", help="Points that are tried side by side."
-        ),
+        typer.Option(min=1, max=1000, help="Points that are tried side by side."),
     ] = 4,
-    sampler: Annotated[Sampler, typer.Option(envvar="KILOTWIN_SAMPLER")] = Sampler.tpe,
+    sampler: Annotated[Sampler, typer.Option()] = Sampler.tpe,
     prune: Annotated[
         bool,
-        typer.Option(
-            "--prune", envvar="KILOTWIN_PRUNE", help="Give up points that are bad at first repeats."
-        ),
+        typer.Option("--prune", help="Give up points that are bad at first repeats."),
     ] = False,
     prune_at: Annotated[
         list[float] | None,
         typer.Option(
             metavar="SHARE",
-            envvar="KILOTWIN_PRUNE_AT",
             help="Give up points that are bad after this share of the duration; repeatable.",
         ),
     ] = None,
@@ -129,7 +119,6 @@ def optimise(
         typer.Option(
             min=0,
             max=10_000,
-            envvar="KILOTWIN_CONFIRM",
             help="Seeds with which the best is held against the experiment as it is.",
         ),
     ] = 10,

@@ -9,22 +9,15 @@ import typer
 from kilotwin.experiment.text import Setting, parse_setting
 from kilotwin.files.confinement import Confine
 
-Json = Annotated[
-    bool, typer.Option("--json", envvar="KILOTWIN_JSON", help="Print JSON on stdout, for programs.")
-]
-Quiet = Annotated[
-    bool, typer.Option("--quiet", "-q", envvar="KILOTWIN_QUIET", help="No progress on stderr.")
-]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, for programs.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress on stderr.")]
 File = Annotated[Path, typer.Argument(help="The experiment's TOML file.")]
-Seed = Annotated[
-    int | None, typer.Option(envvar="KILOTWIN_SEED", help="In place of the file's seed.")
-]
+Seed = Annotated[int | None, typer.Option(help="In place of the file's seed.")]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        envvar="KILOTWIN_SET",
         help="Set any key of the file; repeatable.",
     ),
 ]
@@ -32,22 +25,18 @@ Where = Annotated[
     list[str] | None,
     typer.Option(
         metavar="COLUMN=VALUE",
-        envvar="KILOTWIN_WHERE",
         help="Of a sweep, only trials that have this in trials.parquet, or none; repeatable.",
     ),
 ]
 RunFolder = Annotated[
     Path | None,
-    typer.Option(
-        envvar="KILOTWIN_OUT", help="The run folder to make; runs/NAME-seedN-TIME if not given."
-    ),
+    typer.Option(help="The run folder to make; runs/NAME-seedN-TIME if not given."),
 ]
 Speed = Annotated[
     float,
     typer.Option(
         min=0.01,
         max=1000,
-        envvar="KILOTWIN_SPEED",
         help="Simulated seconds per second, of an emulated table and its host alike.",
     ),
 ]
@@ -73,7 +62,6 @@ Takeover = Annotated[
     bool,
     typer.Option(
         "--takeover",
-        envvar="KILOTWIN_TAKEOVER",
         help="Give orders to a table though another host does; what that one records is spoiled.",
     ),
 ]
@@ -81,51 +69,41 @@ ConfineMode = Annotated[
     Confine | None,
     typer.Option(
         "--confine",
-        envvar="KILOTWIN_CONFINE",
         help="Confine robots' programs and their compiler as far as this kernel can (auto), wholly "
         "or not at all (require), or not (off).",
     ),
 ]
 Trust = Annotated[
     bool,
-    typer.Option(
-        "--trust", envvar="KILOTWIN_TRUST", help="The programs are trusted: as --confine=off."
-    ),
+    typer.Option("--trust", help="The programs are trusted: as --confine=off."),
 ]
 NoTwin = Annotated[
     bool,
-    typer.Option(
-        "--no-twin", envvar="KILOTWIN_NO_TWIN", help="Hold no program against its ATmega328P."
-    ),
+    typer.Option("--no-twin", help="Hold no program against its ATmega328P."),
 ]
 RequireTwin = Annotated[
     bool,
     typer.Option(
         "--require-twin",
-        envvar="KILOTWIN_REQUIRE_TWIN",
         help="First hold each native program against its ATmega328P for 10 s of one robot, and run "
         "nothing if it decides otherwise there, or if there is no avr-gcc.",
     ),
 ]
 Buses = Annotated[
     list[str] | None,
-    typer.Option(
-        "--can", metavar="IFACE:CHANNEL", envvar="KILOTWIN_CAN", help="A CAN bus; repeatable."
-    ),
+    typer.Option("--can", metavar="IFACE:CHANNEL", help="A CAN bus; repeatable."),
 ]
 
 View = Annotated[
     bool,
     typer.Option(
         "--view",
-        envvar="KILOTWIN_VIEW",
         help="Also show it in the browser as it goes; the page stays until it is closed.",
     ),
 ]
 ViewPort = Annotated[
     int,
     typer.Option(
-        envvar="KILOTWIN_VIEW_PORT",
         min=0,
         max=65535,
         help="--view: the server's port; 0: a free one.",
@@ -135,7 +113,6 @@ NoBrowser = Annotated[
     bool,
     typer.Option(
         "--no-browser",
-        envvar="KILOTWIN_NO_BROWSER",
         help="Open no browser: only print the address of the viewer's page.",
     ),
 ]
@@ -145,7 +122,6 @@ Size = Annotated[
     typer.Option(
         "--size",
         metavar="COLUMNSxROWS",
-        envvar="KILOTWIN_SIZE",
         help="Of the grid in modules, if no experiment says it; 10x20 if not given.",
     ),
 ]

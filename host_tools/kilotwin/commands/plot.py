@@ -70,7 +70,6 @@ def plot(
         typer.Option(
             "-o",
             "--output",
-            envvar="KILOTWIN_OUTPUT",
             help="The picture: .png, .svg or .pdf; of video .mp4, .webm or .gif.",
         ),
     ],
@@ -92,7 +91,7 @@ def plot(
     ] = None,
     statistic: Annotated[
         Statistic | None,
-        typer.Option(envvar="KILOTWIN_STATISTIC", help="heat: median, if left out."),
+        typer.Option(help="heat: median, if left out."),
     ] = None,
     preset: Annotated[
         str | None,
@@ -100,36 +99,31 @@ def plot(
     ] = None,
     column: Annotated[
         str | None,
-        typer.Option(
-            envvar="KILOTWIN_COLUMN", help="series: which column of series.parquet, over time."
-        ),
+        typer.Option(help="series: which column of series.parquet, over time."),
     ] = None,
     speed: Annotated[
         float | None,
         typer.Option(
             min=0.01,
             max=1e6,
-            envvar="KILOTWIN_SPEED",
             help="video: simulated seconds per second; all in half a minute, if left out.",
         ),
     ] = None,
     from_s: Annotated[
         float | None,
-        typer.Option("--from", metavar="S", envvar="KILOTWIN_FROM", help="video: its begin."),
+        typer.Option("--from", metavar="S", help="video: its begin."),
     ] = None,
     to_s: Annotated[
         float | None,
-        typer.Option("--to", metavar="S", envvar="KILOTWIN_TO", help="video: its end."),
+        typer.Option("--to", metavar="S", help="video: its end."),
     ] = None,
     width: Annotated[
         int,
-        typer.Option(
-            min=160, max=3840, envvar="KILOTWIN_WIDTH", help="video: width of the picture, pixels."
-        ),
+        typer.Option(min=160, max=3840, help="video: width of the picture, pixels."),
     ] = 960,
     trails: Annotated[
         bool,
-        typer.Option("--trails", envvar="KILOTWIN_TRAILS", help="video: where robots came from."),
+        typer.Option("--trails", help="video: where robots came from."),
     ] = False,
     quiet: Quiet = False,
 ) -> None:

@@ -30,16 +30,11 @@ def port(
             "--time",
             min=1,
             max=86400,
-            envvar="KILOTWIN_TIME",
             help="Simulated seconds to run it for.",
         ),
     ] = 60,
-    seed: Annotated[
-        int, typer.Option(min=0, envvar="KILOTWIN_SEED", help="Of what it hears and draws.")
-    ] = 1,
-    no_run: Annotated[
-        bool, typer.Option("--no-run", envvar="KILOTWIN_NO_RUN", help="Look at the code only.")
-    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of what it hears and draws.")] = 1,
+    no_run: Annotated[bool, typer.Option("--no-run", help="Look at the code only.")] = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:

@@ -57,7 +57,6 @@ def record(
         bool,
         typer.Option(
             "--join",
-            envvar="KILOTWIN_JOIN",
             help="Take over a grid that runs already: no set-up, t = 0 is now.",
         ),
     ] = False,
@@ -66,7 +65,6 @@ def record(
         bool,
         typer.Option(
             "--force",
-            envvar="KILOTWIN_FORCE",
             help="Also on a grid some of whose modules do not answer.",
         ),
     ] = False,
@@ -74,7 +72,6 @@ def record(
         str | None,
         typer.Option(
             metavar="ohc:PORT",
-            envvar="KILOTWIN_VIA",
             help="Without a grid: play the \\[environment] by this overhead controller.",
         ),
     ] = None,
@@ -82,7 +79,6 @@ def record(
         str | None,
         typer.Option(
             metavar="udp:HOST:PORT",
-            envvar="KILOTWIN_POSES",
             help="--via: a tracker's poses come to this address, as lines of JSON.",
         ),
     ] = None,

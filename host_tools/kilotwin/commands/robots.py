@@ -38,9 +38,7 @@ _UID_BITS = 16
 
 Hold = Annotated[
     float,
-    typer.Option(
-        "--hold-s", min=0.1, max=3600, envvar="KILOTWIN_HOLD_S", help="How long it is repeated."
-    ),
+    typer.Option("--hold-s", min=0.1, max=3600, help="How long it is repeated."),
 ]
 
 
@@ -137,9 +135,7 @@ def uid(
     size: Size = None,
     bits: Annotated[
         int,
-        typer.Option(
-            min=1, max=_UID_BITS, envvar="KILOTWIN_BITS", help="How many bits of it are shown."
-        ),
+        typer.Option(min=1, max=_UID_BITS, help="How many bits of it are shown."),
     ] = 8,
     hold_s: Hold = 4.0,
     as_json: Json = False,
@@ -170,12 +166,8 @@ def uid(
 def send(
     *,
     via: RobotsVia,
-    kind: Annotated[
-        int, typer.Option("--type", min=0, max=127, envvar="KILOTWIN_TYPE", help="The type.")
-    ],
-    data: Annotated[
-        str | None, typer.Option("--data", envvar="KILOTWIN_DATA", help="Up to nine bytes.")
-    ] = None,
+    kind: Annotated[int, typer.Option("--type", min=0, max=127, help="The type.")],
+    data: Annotated[str | None, typer.Option("--data", help="Up to nine bytes.")] = None,
     buses: Buses = None,
     size: Size = None,
     hold_s: Hold = 3.0,

@@ -54,45 +54,36 @@ Plots = Annotated[
     bool,
     typer.Option(
         "--plots",
-        envvar="KILOTWIN_PLOTS",
         help="Also write map.png and timeline.png into the folder.",
     ),
 ]
 # Options of `kilotwin serve world`, which `run --serve` was; they go with the next version.
-Serve = Annotated[bool, typer.Option("--serve", envvar="KILOTWIN_SERVE", hidden=True)]
-Port = Annotated[int | None, typer.Option(min=1, max=65535, envvar="KILOTWIN_PORT", hidden=True)]
+Serve = Annotated[bool, typer.Option("--serve", hidden=True)]
+Port = Annotated[int | None, typer.Option(min=1, max=65535, hidden=True)]
 Interfaces = Annotated[
     list[str] | None, typer.Option("--can", envvar="KILOTWIN_SERVE_CAN", hidden=True)
 ]
-OhcLink = Annotated[
-    Path | None, typer.Option("--link-ohc", envvar="KILOTWIN_LINK_OHC", hidden=True)
-]
-DispatcherLink = Annotated[
-    Path | None, typer.Option("--link-dispatcher", envvar="KILOTWIN_LINK_DISPATCHER", hidden=True)
-]
-Poses = Annotated[str | None, typer.Option(envvar="KILOTWIN_POSES", hidden=True)]
-Fast = Annotated[bool, typer.Option("--fast", envvar="KILOTWIN_FAST", hidden=True)]
-ServedSpeed = Annotated[
-    float, typer.Option("--speed", min=0.001, envvar="KILOTWIN_SPEED", hidden=True)
-]
+OhcLink = Annotated[Path | None, typer.Option("--link-ohc", hidden=True)]
+DispatcherLink = Annotated[Path | None, typer.Option("--link-dispatcher", hidden=True)]
+Poses = Annotated[str | None, typer.Option(hidden=True)]
+Fast = Annotated[bool, typer.Option("--fast", hidden=True)]
+ServedSpeed = Annotated[float, typer.Option("--speed", min=0.001, hidden=True)]
 Gdb = Annotated[
     int | None,
     typer.Option(
         metavar="ROBOT",
         min=0,
-        envvar="KILOTWIN_GDB",
         help="Let avr-gdb control a robot that runs on an ATmega328P.",
     ),
 ]
 GdbPort = Annotated[
     int,
-    typer.Option(min=1024, max=65535, envvar="KILOTWIN_GDB_PORT", help="Where gdb connects."),
+    typer.Option(min=1024, max=65535, help="Where gdb connects."),
 ]
 Coverage = Annotated[
     bool,
     typer.Option(
         "--coverage",
-        envvar="KILOTWIN_COVERAGE",
         help="Run programs by their machine code, and say which of their lines, and of the "
         "modules', have run.",
     ),
@@ -101,7 +92,6 @@ Sanitize = Annotated[
     bool,
     typer.Option(
         "--sanitize",
-        envvar="KILOTWIN_SANITIZE",
         help="Run programs natively, and name what they do that the C standard leaves undefined, "
         "as an index out of bounds; exit 4 if one does.",
     ),
@@ -110,7 +100,6 @@ Verify = Annotated[
     bool,
     typer.Option(
         "--verify",
-        envvar="KILOTWIN_VERIFY",
         help="Repeat the run of a run folder, or of its manifest.json, and name the first sample "
         "that differs; exit 1 if one does.",
     ),
@@ -119,7 +108,6 @@ DryRun = Annotated[
     bool,
     typer.Option(
         "--dry-run",
-        envvar="KILOTWIN_DRY_RUN",
         help="Only check the experiment, and say how much it would record.",
     ),
 ]
@@ -128,7 +116,6 @@ Vcd = Annotated[
     typer.Option(
         metavar="ROBOT",
         min=0,
-        envvar="KILOTWIN_VCD",
         help="Trace the pins of a robot on an ATmega328P into the folder; repeatable.",
     ),
 ]

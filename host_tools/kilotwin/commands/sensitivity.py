@@ -39,12 +39,11 @@ class Method(StrEnum):
 def sensitivity(
     file: Annotated[Path, typer.Argument(metavar="EXPERIMENT", help="The experiment.")],
     *,
-    metric: Annotated[str, typer.Option(metavar="NAME", envvar="KILOTWIN_METRIC")],
+    metric: Annotated[str, typer.Option(metavar="NAME")],
     over: Over = None,
     method: Annotated[
         Method,
         typer.Option(
-            envvar="KILOTWIN_METHOD",
             help="morris: few trials, which keys matter; sobol: shares of the variance.",
         ),
     ] = Method.morris,
@@ -53,7 +52,6 @@ def sensitivity(
         typer.Option(
             min=2,
             max=100_000,
-            envvar="KILOTWIN_SAMPLES",
             help="Trajectories of Morris, base points of Sobol (a power of 2).",
         ),
     ] = 8,

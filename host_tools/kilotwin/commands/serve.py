@@ -51,7 +51,7 @@ def world(
     out: RunFolder = None,
     port: Annotated[
         int | None,
-        typer.Option(min=1, max=65535, envvar="KILOTWIN_PORT", help="CAN buses on this port."),
+        typer.Option(min=1, max=65535, help="CAN buses on this port."),
     ] = None,
     can: Annotated[
         list[str] | None,
@@ -65,7 +65,6 @@ def world(
         Path | None,
         typer.Option(
             metavar="FILE",
-            envvar="KILOTWIN_LINK_OHC",
             help="Also give the overhead controller's port this name.",
         ),
     ] = None,
@@ -73,7 +72,6 @@ def world(
         Path | None,
         typer.Option(
             metavar="FILE",
-            envvar="KILOTWIN_LINK_DISPATCHER",
             help="The same for the dispatcher's port.",
         ),
     ] = None,
@@ -81,14 +79,11 @@ def world(
         str | None,
         typer.Option(
             metavar="udp:HOST:PORT",
-            envvar="KILOTWIN_POSES",
             help="A camera above the robots sends their poses there, as lines of JSON.",
         ),
     ] = None,
     speed: Speed = 1.0,
-    fast: Annotated[
-        bool, typer.Option("--fast", envvar="KILOTWIN_FAST", help="Do not wait at all.")
-    ] = False,
+    fast: Annotated[bool, typer.Option("--fast", help="Do not wait at all.")] = False,
     confine: ConfineMode = None,
     trust: Trust = False,
     view: View = False,
@@ -120,14 +115,13 @@ def programmer(
     chip: Annotated[
         Path | None,
         typer.Option(
-            envvar="KILOTWIN_CHIP",
             help="Keep the chip in this file: flash, EEPROM, fuses, lock bits, signature. "
             '`[\\[robots]] hex = "FILE"` runs it. A new chip if there is no such file.',
         ),
     ] = None,
     link: Annotated[
         Path | None,
-        typer.Option(envvar="KILOTWIN_LINK", help="Also give the port this name."),
+        typer.Option(help="Also give the port this name."),
     ] = None,
     as_json: Json = False,
     quiet: Quiet = False,

@@ -30,27 +30,22 @@ app = command_app()
 
 NumberOfProcesses = Annotated[
     int | None,
-    typer.Option(
-        "-j", "--processes", min=1, envvar="KILOTWIN_PROCESSES", help="All cores if not given."
-    ),
+    typer.Option("-j", "--processes", min=1, help="All cores if not given."),
 ]
 DaskAddress = Annotated[
     str | None,
     typer.Option(
         metavar="ADDRESS",
-        envvar="KILOTWIN_DASK",
         help="Run on the Dask cluster with its scheduler there.",
     ),
 ]
 UseSlurm = Annotated[
     bool,
-    typer.Option(
-        "--slurm", envvar="KILOTWIN_SLURM", help="Run in jobs of Slurm, as \\[slurm] says."
-    ),
+    typer.Option("--slurm", help="Run in jobs of Slurm, as \\[slurm] says."),
 ]
 Seeds = Annotated[
     int | None,
-    typer.Option(min=1, envvar="KILOTWIN_SEEDS", help="In place of the file's numbers."),
+    typer.Option(min=1, help="In place of the file's numbers."),
 ]
 TrialTimeout = Annotated[
     float | None,
@@ -58,7 +53,6 @@ TrialTimeout = Annotated[
         metavar="SECONDS",
         min=0.001,
         max=1e9,
-        envvar="KILOTWIN_TRIAL_TIMEOUT",
         help="Stop a trial that takes longer, in place of the file's trial_timeout_s.",
     ),
 ]
@@ -67,28 +61,23 @@ AllSettings = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        envvar="KILOTWIN_SET",
         help="Set any key of all experiments; repeatable.",
     ),
 ]
 DataFolder = Annotated[
     Path | None,
-    typer.Option(
-        envvar="KILOTWIN_OUT", help="The folder of the data set; runs/sweep-NAME if not given."
-    ),
+    typer.Option(help="The folder of the data set; runs/sweep-NAME if not given."),
 ]
 Listing = Annotated[
     bool,
     typer.Option(
         "--list",
-        envvar="KILOTWIN_LIST",
         help="Only list the trials and whether they are there already.",
     ),
 ]
 Resume = Annotated[
     bool,
     typer.Option(
-        envvar="KILOTWIN_RESUME",
         help="Go on where it was stopped, or want a folder without trials.",
     ),
 ]

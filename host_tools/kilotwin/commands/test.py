@@ -39,9 +39,7 @@ Files = Annotated[
 ]
 Junit = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE", envvar="KILOTWIN_JUNIT", help="Also write what came of it as JUnit XML."
-    ),
+    typer.Option(metavar="FILE", help="Also write what came of it as JUnit XML."),
 ]
 Timeout = Annotated[
     float,
@@ -55,14 +53,11 @@ Timeout = Annotated[
 ]
 TestProcesses = Annotated[
     int | None,
-    typer.Option(
-        "-j", "--processes", min=1, envvar="KILOTWIN_PROCESSES", help="All cores if not given."
-    ),
+    typer.Option("-j", "--processes", min=1, help="All cores if not given."),
 ]
 Keep = Annotated[
     bool,
     typer.Option(
-        envvar="KILOTWIN_KEEP",
         help="Run what failed once more into runs/failed/NAME-seedN, with a map.",
     ),
 ]
@@ -76,9 +71,7 @@ Coverage = Annotated[
         "run into this folder.",
     ),
 ]
-Video = Annotated[
-    bool, typer.Option("--video", envvar="KILOTWIN_VIDEO", help="With a video too: run.mp4.")
-]
+Video = Annotated[bool, typer.Option("--video", help="With a video too: run.mp4.")]
 
 
 @app.command(

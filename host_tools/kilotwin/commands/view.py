@@ -7,7 +7,6 @@ import typer
 
 from kilotwin.commands.options import NoBrowser, command_app
 from kilotwin.errors import InputError
-from kilotwin.files.lean_arrow import leave_pandas_out
 
 app = command_app()
 
@@ -32,9 +31,7 @@ def view(
     *,
     port: Annotated[
         int,
-        typer.Option(
-            envvar="KILOTWIN_PORT", min=0, max=65535, help="The server's port; 0: a free one."
-        ),
+        typer.Option(min=0, max=65535, help="The server's port; 0: a free one."),
     ] = 0,
     no_browser: NoBrowser = False,
     buses: Annotated[
@@ -51,7 +48,6 @@ def view(
         Path | None,
         typer.Option(
             metavar="FILE.html",
-            envvar="KILOTWIN_EXPORT",
             help="Serve nothing: write the page with the run in it into one file, to mail.",
         ),
     ] = None,
@@ -72,7 +68,6 @@ def view(
         raise InputError(f"{len(folders)} runs are named; name one, or two to compare")
     if size is not None and export is None:
         raise InputError(f"--size {size:g}: of an exported page; add --export FILE.html")
-    leave_pandas_out()
     if buses:
         if len(folders) > 1 or export is not None:
             raise InputError("--can: name the one experiment of that Kilogrid, and no --export")

@@ -64,7 +64,10 @@ def _most_written(job: Job) -> int:
 
 
 def load_libraries(experiment: Experiment) -> None:
-    """Imports what an experiment needs late, and a confined process could not load."""
+    """Imports what is needed late, and a confined process could not load."""
+    import pyarrow.parquet
+
+    pyarrow.array([0])  # the first array of a process loads pandas, where that is installed
     if experiment.plan is not None:
         from kilotwin.table.grid.frames import fixed
 

@@ -29,7 +29,6 @@ from kilotwin.errors import (
     cause_of,
 )
 from kilotwin.files import extras
-from kilotwin.files.lean_arrow import leave_pandas_out, load_parquet
 from kilotwin.programs.coverage.marks import marks_of_all
 from kilotwin.runs.folder import INTERRUPTED, add_to_manifest, close_manifest
 from kilotwin.runs.writer import RunWriter
@@ -52,8 +51,6 @@ def serve(job: Job, parent: int) -> None:
     _emulator.end_with_parent(parent, _GRACE_S)
     # Ctrl-C is for the parent, which then closes our stdin.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    leave_pandas_out()
-    load_parquet()  # a confined process cannot
     # Output of libraries and programs must not get between the reports.
     reports = os.dup(1)
     os.dup2(2, 1)

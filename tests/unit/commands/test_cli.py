@@ -45,7 +45,7 @@ GROUPS = {
         *("run", "pause", "reset", "sleep", "wakeup", "charge", "voltage", "uid", "send", "watch")
     ],
     "calibrate": ["motors", "ranging", "uid"],
-    "serve": ["programmer"],
+    "serve": ["world", "programmer"],
 }
 
 
@@ -102,8 +102,9 @@ def test_help_keeps_the_names_of_tables() -> None:
     assert {where: text for where, text in texts.items() if lost.search(text)} == {}
 
 
-def test_help_of_run_names_the_grid(kilotwin: Kilotwin) -> None:
-    assert "with a [grid], on CAN buses" in " ".join(kilotwin("run", "--help").stdout.split())
+def test_help_of_a_served_world_names_the_grid(kilotwin: Kilotwin) -> None:
+    said = " ".join(kilotwin("serve", "world", "--help").stdout.split())
+    assert "with a [grid], CAN buses" in said
 
 
 @pytest.mark.parametrize("command", cli.COMMANDS)
@@ -128,39 +129,6 @@ def test_help_does_not_wait_for_the_heavy_libraries() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
-
-
-_SCRIPT = """
-import atexit, sys, threading, time
-from kilotwin.commands import cli
-
-def main():
-    atexit.register(print, "at the end")
-    print("said before")
-    if "thread" in sys.argv:
-        threading.Thread(target=lambda: (time.sleep(0.1), print("thread over"))).start()
-    raise SystemExit(eval(sys.argv[1]))
-
-cli.main = main
-cli.script()
-"""
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "said"),
-    [
-        (["None"], 0, ""),
-        (["4"], 4, ""),
-        (["'all is lost'"], 1, ""),
-        (["2", "thread"], 2, "thread over\n"),
-    ],
-)
-def test_the_script_ends_with_all_said_and_done(words: list[str], code: int, said: str) -> None:
-    command = [sys.executable, "-c", _SCRIPT, *words]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == code
-    assert done.stdout == f"said before\n{said}at the end\n"
-    assert done.stderr.strip() == ("all is lost" if code == 1 else "")
 
 
 @pytest.mark.parametrize(
@@ -212,7 +180,7 @@ def app(**_):
         os.kill(os.getpid(), {number})
         time.sleep(60)
 cli.app = app
-cli.script()
+cli.main()
 """
     done = subprocess.run(
         [sys.executable, "-c", command], check=False, capture_output=True, timeout=50

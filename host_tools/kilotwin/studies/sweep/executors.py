@@ -17,7 +17,6 @@ from typing import Any, Protocol
 from kilotwin import _emulator
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.files import confinement, extras
-from kilotwin.files.lean_arrow import leave_pandas_out
 from kilotwin.studies.sweep.plan import Plan, SlurmOptions
 
 _CONNECT_S = 5
@@ -74,7 +73,6 @@ class Processes:
 
 def _serve(parent: int) -> None:
     """In a worker: Ctrl-C is for the parent; when that is gone, so are we."""
-    leave_pandas_out()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _emulator.end_with_parent(parent)
 
