@@ -187,20 +187,6 @@ def test_bad_words_are_named(words: list[str], said: str, refuse: Refuse) -> Non
     assert said in line
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["paper", "programs", "a.kilodat"], "a.kilodat: only real takes logs; remove them, or "),
-        (["real", "programs"], "programs: not a run folder (no manifest.json); name one that "),
-        (["real", "a.kilodat"], "a.kilodat: cannot be read "),
-        (["real", "programs", "a.kilodat"], "1 logs do not show how real runs differ; name 3 or "),
-    ],
-)
-def test_a_bad_comparison_is_refused(words: list[str], said: str, refuse: Refuse) -> None:
-    (line,) = refuse(*words, command="compare").splitlines()
-    assert line.startswith(f"kilotwin: {said}")
-
-
 def good(folder: Path, *, diameter_m: float = 4.0, size: int = 10) -> str:
     """The name of an experiment that could be run."""
     program = CASES / "programs" / "blink.c"

@@ -7,8 +7,8 @@ from statistics import median
 
 import pytest
 
-from kilotwin.studies.paper.presets import PRESETS
 from kilotwin.studies.plot.effects import STATISTICS
+from kilotwin.studies.plot.presets import PRESETS
 from kilotwin.studies.sweep.conditions import Conditions, errors
 from kilotwin.studies.sweep.results import Results
 

@@ -9,8 +9,8 @@ import typer
 
 from kilotwin.commands import steps
 from kilotwin.commands.options import Json, Quiet, command_app
-from kilotwin.errors import EXIT_INTERRUPTED, InputError, InterruptError
-from kilotwin.studies.bench import measure, two_engines, view
+from kilotwin.errors import EXIT_INTERRUPTED, InterruptError
+from kilotwin.studies.bench import measure, two_engines
 
 app = command_app()
 
@@ -34,22 +34,17 @@ class Workload(StrEnum):
     memory = "memory"
     grid = "grid"
     avr = "avr"
-    view = "view"
 
 
 @app.command(
     epilog="Examples:\n\n"
     "  kilotwin bench paper --repeats 5 --json\n\n"
-    "  kilotwin bench walk --against ../kilotwin-before\n\n"
-    "  kilotwin bench view"
+    "  kilotwin bench walk --against ../kilotwin-before"
 )
 def bench(
     workloads: Annotated[
         list[Workload] | None,
-        typer.Argument(
-            help="What to measure; all but view if none is named. view: how fast the viewer is, in "
-            "Chromium."
-        ),
+        typer.Argument(help="What to measure; all if none is named."),
     ] = None,
     *,
     repeats: Annotated[
@@ -70,18 +65,12 @@ def bench(
     quiet: Quiet = False,
 ) -> None:
     """Measure robot-seconds per CPU-second on one core."""
-    names = [one.value for one in workloads or Workload if workloads or one is not Workload.view]
-    of_viewer = Workload.view.value in names
-    if of_viewer and (len(names) > 1 or against is not None or duration_s is not None):
-        raise InputError("view: is measured by itself; type: kilotwin bench view")
+    names = [one.value for one in workloads or Workload]
     note = steps.note(quiet)
     results: list[dict[str, Any]] = []
     interrupted = False
     try:
-        if of_viewer:
-            table_text = view.table_text
-            results.extend(view.measure(repeats, note))
-        elif against is None:
+        if against is None:
             table_text = measure.table_text
             results.extend(measure.measure(names, repeats, duration_s, note))
         else:

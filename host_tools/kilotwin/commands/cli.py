@@ -37,13 +37,12 @@ COMMANDS = {
     "check-run": "Say whether a run folder is whole, truncated, spoiled or damaged. 1 if it is not "
     "whole.",
     "plot": "Draw a figure of a run or a sweep, or a video of a run.",
-    "export": "Write a run as other tools read it: CSV, MCAP for Foxglove, RRD for Rerun.",
+    "export": "Write a run as other tools read it: CSV, MCAP for Foxglove.",
     "build": "Build a program into an image to flash, or a guest, and say how large it is.",
     "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",
     "new": "Make a repository for a lab: program, experiment, scenario, tests, and files for CI.",
     "check": "Build a program for PC and robot, look for what goes wrong there, run its scenarios.",
-    "compare": "Compare two runs or sweeps, or with what others measured. 1 if it is outside the "
-    "bounds.",
+    "compare": "Compare two runs or sweeps, metric by metric. 1 if they are outside the bounds.",
     "bench": "Measure robot-seconds per CPU-second on one core.",
     "record": "Run an experiment on a table and leave a run folder. Ctrl-C leaves everything idle.",
     "flash": "Writes programs into robots and modules and reads back that they are there.",

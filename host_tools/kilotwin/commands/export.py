@@ -13,8 +13,7 @@ app = command_app()
 
 @app.command(
     epilog="Examples:\n\n  kilotwin export runs/my-run --csv my-run-csv\n\n"
-    "  kilotwin export runs/my-run --mcap my-run.mcap\n\n"
-    "  kilotwin export runs/my-run --rrd my-run.rrd"
+    "  kilotwin export runs/my-run --mcap my-run.mcap"
 )
 def export(
     folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
@@ -27,14 +26,10 @@ def export(
         Path | None,
         typer.Option(metavar="FILE", help="A log that Foxglove opens."),
     ] = None,
-    rrd: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="A recording that Rerun opens."),
-    ] = None,
 ) -> None:
-    """Write a run as other tools read it: CSV, MCAP for Foxglove, RRD for Rerun."""
-    if csv is None and mcap is None and rrd is None:
-        raise InputError("nothing to write; name --csv FOLDER, --mcap FILE or --rrd FILE")
+    """Write a run as other tools read it: CSV, MCAP for Foxglove."""
+    if csv is None and mcap is None:
+        raise InputError("nothing to write; name --csv FOLDER or --mcap FILE")
     from kilotwin.runs.reader import Run
 
     run = Run.open(folder)
@@ -46,7 +41,3 @@ def export(
         from kilotwin.studies.export.mcap_file import write_mcap
 
         typer.echo(write_mcap(run, mcap))
-    if rrd is not None:
-        from kilotwin.studies.export.rrd_file import write_rrd
-
-        typer.echo(write_rrd(run, rrd))

@@ -149,7 +149,7 @@ def plot(
         if given is not None:
             raise InputError(f"--{option} {given:g}: for video; {figure.value} is one picture")
     if preset is not None:
-        from kilotwin.studies.paper.presets import with_preset
+        from kilotwin.studies.plot.presets import with_preset
 
         wanted = with_preset(preset, figure.value, wanted)
     figures.write_figure(figure.value, folder, output, wanted)

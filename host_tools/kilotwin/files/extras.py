@@ -14,9 +14,7 @@ EXTRAS = {
     "matplotlib": "plot",
     "mcap": "mcap",
     "optuna": "optimise",
-    "playwright": "bench",
     "pytest": "test",
-    "rerun": "rerun",
     "scipy": "stats",
 }
 """Which extra brings a library, by the name that it is imported by."""

@@ -27,7 +27,7 @@ def test_each_kind_that_is_named_is_written(
 
 
 def test_without_a_kind_it_says_which_there_are(begin: Begin) -> None:
-    with pytest.raises(InputError, match="name --csv FOLDER, --mcap FILE or --rrd FILE"):
+    with pytest.raises(InputError, match="name --csv FOLDER or --mcap FILE"):
         export(begin().folder)
 
 

@@ -17,7 +17,6 @@ from kilotwin.experiment.colours import led_byte
 from kilotwin.runs.reader import Run
 from kilotwin.studies.export.csv_tables import write_csv
 from kilotwin.studies.export.mcap_file import write_mcap
-from kilotwin.studies.export.rrd_file import write_rrd
 
 from ..known_run import ROBOTS, Begin, samples
 
@@ -125,46 +124,16 @@ def test_mcap_has_counts_events_and_the_table(run: Run, tmp_path: Path) -> None:
     assert (min(xs), max(xs)) == (-2, 2)
 
 
-@pytest.mark.parametrize("write", [write_mcap, write_rrd])
-def test_a_run_without_places_is_refused(write: Any, begin: Begin, tmp_path: Path) -> None:
-    if write is write_rrd:
-        pytest.importorskip("rerun")
+def test_a_run_without_places_is_refused(begin: Begin, tmp_path: Path) -> None:
     writer = begin("placeless", 'record.columns=["led"]')
     writer.add(samples(TICKS))
     with pytest.raises(InputError, match="left out x_m, which is needed here"):
-        write(Run.open(writer.folder), tmp_path / "file")
+        write_mcap(Run.open(writer.folder), tmp_path / "file")
 
 
-@pytest.mark.parametrize(
-    ("write", "library", "extra"),
-    [(write_mcap, "mcap", "mcap"), (write_rrd, "rerun", "rerun")],
-)
 def test_without_a_library_it_says_what_to_install(
-    write: Any,
-    library: str,
-    extra: str,
-    run: Run,
-    monkeypatch: pytest.MonkeyPatch,
+    run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(RunError, match=rf"type: pip install 'kilotwin\[{extra}\]'"):
-        write(run, run.folder / "file")
-
-
-def test_rrd_has_robots_counts_and_events(run: Run, tmp_path: Path) -> None:
-    pytest.importorskip("rerun")
-    from rerun.chunk import RrdReader  # noqa: PLC0415
-
-    write_rrd(run, tmp_path / "run.rrd")
-    chunks = {chunk.entity_path: chunk for chunk in RrdReader(tmp_path / "run.rrd").stream()}
-    robots = chunks["/robots"].to_record_batch()
-    np.testing.assert_allclose(
-        [time.total_seconds() for time in robots.column("time").to_pylist()],
-        np.array(TICKS) * 0.032768,
-        atol=1e-6,
-    )
-    places = np.array(robots.column("Points3D:positions")[2].as_py())
-    known = np.delete(np.arange(ROBOTS), 3)
-    np.testing.assert_array_equal(np.float32(places[:, 0]), sample(20)["x_m"][0, known])
-    assert chunks["/counts/not_resting"].num_rows == 3
-    assert chunks["/events"].num_rows == 2
+    monkeypatch.setitem(sys.modules, "mcap", None)
+    with pytest.raises(RunError, match=r"type: pip install 'kilotwin\[mcap\]'"):
+        write_mcap(run, run.folder / "file")

@@ -12,14 +12,8 @@ ROOT = Path(__file__).parents[3]
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
 
 
-# Names of packages, where they are others than those of their modules.
-PACKAGES = {"rerun": "rerun-sdk"}
-# Half a gigabyte.
-BY_ITSELF = "rerun"
-
-
 def package(library: str) -> str:
-    return PACKAGES.get(library, library).lower().replace("_", "-")
+    return library.lower().replace("_", "-")
 
 
 @pytest.mark.parametrize("library", extras.EXTRAS)
@@ -33,9 +27,9 @@ def test_no_extra_brings_a_library_that_is_not_explained() -> None:
     assert brought == set(map(package, extras.EXTRAS))
 
 
-def test_all_brings_every_extra_but_the_largest() -> None:
+def test_all_brings_every_extra() -> None:
     (everything,) = EXTRAS["all"]
-    names = sorted(EXTRAS.keys() - {"all", BY_ITSELF})
+    names = sorted(EXTRAS.keys() - {"all"})
     assert everything == f"kilotwin[{','.join(names)}]"
 
 

@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from tests.truth import kilogrid_walk
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.reader import Run
 from kilotwin.runs.size import bytes_of, bytes_text, size_of
 from kilotwin.runs.writer import RunWriter
-from kilotwin.studies.compare import kilogrid_walk
 from kilotwin.studies.plot.figures import write_figure
 
 from ..conftest import SMALL, Kilotwin, Load

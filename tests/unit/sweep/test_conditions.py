@@ -9,9 +9,9 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from tests.truth.paper import check
 
 from kilotwin.errors import InputError
-from kilotwin.studies.paper.claims import check
 from kilotwin.studies.plot.figures import write_figure
 from kilotwin.studies.sweep.conditions import Conditions
 

@@ -80,7 +80,7 @@ class Conditions:
             raise InputError(
                 f"{folder}: its trials have {len(found)} readings ({'; '.join(found)}), which do "
                 f"not go together; choose one, as by --where 'reading={next(iter(found))}', or use "
-                "`kilotwin compare paper`, which takes them one by one"
+                "`python -m tests.truth.against paper`, which takes them one by one"
             )
         return next(iter(found.values()))
 

@@ -1,8 +1,9 @@
-"""`kilotwin bench view`: how fast runs are drawn and opened, and what a viewer costs a run.
+"""`python -m tests.bench.view`: how fast runs are drawn and opened, and what a viewer costs a run.
 
 In a headless Chromium with software graphics, as on a computer without a graphics card.
 """
 
+import argparse
 import contextlib
 import json
 import os
@@ -17,12 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
+from playwright.sync_api import Error, sync_playwright
 
 from kilotwin.errors import InputError, RunError
-from kilotwin.files import extras
 from kilotwin.studies.bench.measure import Columns, Note, machine, table_lines
-from kilotwin.studies.bench.view_runs import write_run
 from kilotwin.studies.bench.workloads import cases
+
+from .view_runs import write_run
 
 _PLAYED_S = 5.0
 _SAMPLES = 60
@@ -38,7 +40,7 @@ _READY = "body[data-ready=yes]"
 def measure(repeats: int, note: Note) -> Iterator[dict[str, Any]]:
     """One record per figure: its median over `repeats`, and the bound that it should keep.
 
-    RunError says what to install; InputError if the page shows no run.
+    RunError without Chromium; InputError if the page shows no run.
     """
     with (
         _chromium() as browser,
@@ -88,10 +90,7 @@ def _record(what: str, values: list[float], bound: str, kept: bool) -> dict[str,
 
 @contextlib.contextmanager
 def _chromium() -> Iterator[Any]:
-    """A browser, driven by Playwright; RunError that says what to install."""
-    extras.require("playwright")
-    from playwright.sync_api import Error, sync_playwright  # an extra
-
+    """A browser, driven by Playwright; RunError without one."""
     with sync_playwright() as playwright:
         found = shutil.which("chromium")
         try:
@@ -204,3 +203,17 @@ _COLUMNS: Columns = {
     "bound": lambda record: str(record["bound"]),
     "kept": lambda record: "yes" if record["kept"] else "NO",
 }
+
+
+def main() -> None:
+    """Prints the table, or JSON."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--json", action="store_true")
+    given = parser.parse_args()
+    results = list(measure(given.repeats, lambda text: print(text, file=sys.stderr)))
+    print(json.dumps(results, indent=2) if given.json else table_text(results))
+
+
+if __name__ == "__main__":
+    main()

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.truth import kilogrid_uplink
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
@@ -11,7 +12,6 @@ from kilotwin.experiment.text import Setting
 from kilotwin.files.resources import path
 from kilotwin.session import run
 from kilotwin.session.display import Silent
-from kilotwin.studies.compare import kilogrid_uplink
 
 LOG_SECOND_S = 32 * 0.032768
 

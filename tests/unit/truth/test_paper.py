@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-
-from kilotwin.studies.paper.claims import (
+from tests.truth.paper import (
     HOLDS,
     MISSED,
     OPEN,
@@ -18,6 +17,7 @@ from kilotwin.studies.paper.claims import (
     report_text,
     verdicts,
 )
+
 from kilotwin.studies.sweep.conditions import Condition, Conditions, Ending
 
 SHARES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)

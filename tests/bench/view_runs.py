@@ -1,4 +1,4 @@
-"""Run folders for `kilotwin bench view`, made without an engine: robots that walk straight on."""
+"""Run folders for the benchmark of the viewer, made without an engine: robots walk straight on."""
 
 import json
 import math

@@ -71,7 +71,7 @@ def run_and_compare(
     path, *settings = experiment.split(" ", 1)
     folder = RUNS / name
     run = " ".join(["kilotwin run", path, *settings, f"--out {folder}"])
-    compare = f"kilotwin compare {reference} {folder} --json"
+    compare = f"python -m tests.truth.against {reference} {folder} --json"
     read = {"kilogrid-walk": walk, "kilogrid-uplink": uplink, "real": real}[reference]
     return Comparison(
         name, against, (run, compare), bound, lambda text: read(json.loads(text.splitlines()[-1]))
@@ -122,7 +122,7 @@ COMPARISONS = (
         "a real Kilogrid",
         "experiments/kilogrid/uplink-100.toml",
         "kilogrid-uplink",
-        "as `kilotwin compare kilogrid-uplink` says",
+        "as `python -m tests.truth.against kilogrid-uplink` says",
     ),
     run_and_compare(
         "collective-perception-native",
@@ -143,7 +143,7 @@ COMPARISONS = (
         "the paper's five claims",
         (
             f"kilotwin sweep experiments/paper/grid.toml --out {RUNS}/paper",
-            f"kilotwin compare paper {RUNS}/paper --json",
+            f"python -m tests.truth.against paper {RUNS}/paper --json",
         ),
         "as docs/reproduce.md counts them",
         paper,

@@ -13,10 +13,10 @@ import pytest
 
 from kilotwin.errors import InputError
 from kilotwin.runs.columns import field
-from kilotwin.studies.paper.presets import PRESETS, with_preset
 from kilotwin.studies.plot import style
 from kilotwin.studies.plot.effects import STATISTICS, draw_heat
 from kilotwin.studies.plot.figures import Wanted, write_figure
+from kilotwin.studies.plot.presets import PRESETS, with_preset
 from kilotwin.studies.plot.sweep import quartile_range
 from kilotwin.studies.sweep.conditions import Conditions, on_site
 from kilotwin.studies.sweep.data_set import ABOUT, SERIES, TRIALS

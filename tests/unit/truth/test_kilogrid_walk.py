@@ -1,13 +1,11 @@
 """The comparison with real walkers: what the grid would have seen, and what is made of it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-
-from kilotwin.errors import InputError
-from kilotwin.experiment.experiment import Experiment
-from kilotwin.files.resources import path
-from kilotwin.studies.compare import kilogrid_walk
-from kilotwin.studies.compare.kilogrid_walk import (
+from tests.truth import kilogrid_walk
+from tests.truth.kilogrid_walk import (
     Floats,
     cells,
     displacements_cm,
@@ -15,6 +13,10 @@ from kilotwin.studies.compare.kilogrid_walk import (
     records,
     report_text,
 )
+
+from kilotwin.errors import InputError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.files.resources import path
 
 from ..conftest import Kilotwin
 
@@ -70,10 +72,10 @@ def test_straight_walkers_are_measured_rightly() -> None:
     assert np.nanmean(found) == pytest.approx(31.5, abs=0.6)
 
 
-def test_only_a_run_with_close_samples_can_be_compared(kilotwin: Kilotwin) -> None:
+def test_only_a_run_with_close_samples_can_be_compared(kilotwin: Kilotwin, folder: Path) -> None:
     kilotwin("run", "small.toml", "--out", "run", "--quiet")
-    done = kilotwin("compare", "kilogrid-walk", "run", expect=2)
-    assert "it takes a rectangle and record.sample_s up to 1" in done.stderr
+    with pytest.raises(InputError, match=r"it takes a rectangle and record\.sample_s up to 1"):
+        kilogrid_walk.compare(folder / "run")
 
 
 def test_the_experiment_is_made_for_it() -> None:

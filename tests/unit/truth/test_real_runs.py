@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.truth import real_runs
+from tests.truth.collective_log import LEAST_SECONDS, Log, Measures, measure, read
 
 from kilotwin.errors import InputError
-from kilotwin.studies.compare import real_runs
-from kilotwin.studies.compare.collective_log import LEAST_SECONDS, Log, Measures, measure, read
 from kilotwin.table.grid import kilodat
 from kilotwin.table.grid.poller import Reports
 

@@ -3,7 +3,7 @@
 The project carries the figures of real runs, `real_runs.json`, and not their logs. Who has logs can
 compare with these instead, or make the figures anew:
 
-    python -m kilotwin.studies.compare.real_runs FIGURES.json SOURCE LOG...
+    python -m tests.truth.real_runs FIGURES.json SOURCE LOG...
 
 Bounds come from how real runs differ from one another: one more run like them lies within with a
 probability of 95 %, in each measure (the prediction interval of a normal distribution). Some
@@ -20,8 +20,7 @@ from pathlib import Path
 from statistics import fmean, median, stdev
 from typing import Any
 
-from kilotwin.errors import InputError
-from kilotwin.studies.compare.collective_log import (
+from tests.truth.collective_log import (
     GAPS,
     LAGS,
     LONG_GAP,
@@ -31,6 +30,8 @@ from kilotwin.studies.compare.collective_log import (
     measure,
     read,
 )
+
+from kilotwin.errors import InputError
 from kilotwin.table.grid.kilodat import UNIT_S
 
 FIGURES = Path(__file__).with_name("real_runs.json")

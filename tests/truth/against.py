@@ -1,0 +1,81 @@
+"""One run or sweep against what others measured: `python -m tests.truth.against REFERENCE FOLDER`.
+
+References: `paper`, a sweep against the paper's claims; `kilogrid-walk`, walks of real robots;
+`kilogrid-uplink`, a real Kilogrid; `real`, logs of collective perception, those whose figures the
+project carries or three and more of your own (.kilodat or .kilodat.xz). Exits 1 outside the bounds.
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from kilotwin.commands import steps
+from kilotwin.errors import KilotwinError
+
+from . import kilogrid_uplink, kilogrid_walk, paper, real_runs
+
+Found = tuple[dict[str, Any], str, bool]
+"""The --json object, the text, and whether it is within the bounds."""
+
+
+def with_paper(folder: Path, where: list[str], logs: list[Path]) -> Found:
+    readings = paper.check(folder, where, steps.note(quiet=False))
+    good = any(
+        paper.MISSED not in paper.verdicts(findings).values() for findings in readings.values()
+    )
+    return paper.as_dict(readings), paper.report_text(readings), good
+
+
+def with_logs(folder: Path, where: list[str], logs: list[Path]) -> Found:
+    found = real_runs.compare(folder, logs)
+    return found.as_dict(), real_runs.report_text(found), found.within_bounds
+
+
+def with_walks(folder: Path, where: list[str], logs: list[Path]) -> Found:
+    found = kilogrid_walk.compare(folder)
+    return found.as_dict(), kilogrid_walk.report_text(found), found.within_bounds
+
+
+def with_uplink(folder: Path, where: list[str], logs: list[Path]) -> Found:
+    found = kilogrid_uplink.compare(folder)
+    return found.as_dict(), kilogrid_uplink.report_text(found), found.within_bounds
+
+
+REFERENCES = {
+    "paper": with_paper,
+    "kilogrid-walk": with_walks,
+    "kilogrid-uplink": with_uplink,
+    "real": with_logs,
+}
+
+
+def main() -> int:
+    """1 if it is not within the bounds, 2 for bad input."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("reference", choices=REFERENCES)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("logs", nargs="*", type=Path, help="real: three logs or more")
+    parser.add_argument(
+        "--where", action="append", default=[], metavar="COLUMN=VALUE", help="only such trials"
+    )
+    parser.add_argument("--json", action="store_true")
+    given = parser.parse_args()
+    if given.logs and given.reference != "real":
+        parser.error(f"{given.logs[0]}: only real takes logs")
+    if given.where and given.reference != "paper":
+        parser.error(f"--where {given.where[0]}: only sweeps have trials, for paper")
+    try:
+        found, text, good = REFERENCES[given.reference](given.folder, given.where, given.logs)
+    except KilotwinError as error:
+        sys.stderr.write(f"{error}\n")
+        return error.exit_code
+    sys.stdout.write((json.dumps(found) if given.json else text) + "\n")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
