@@ -37,7 +37,7 @@ _LEAST_S = 300.0
 
 
 @dataclass(frozen=True)
-class Comparison:
+class UplinkComparison:
     """Figures of the log of a run. `gaps`: share of all gaps, by length in log seconds."""
 
     robots: int
@@ -70,7 +70,7 @@ class Comparison:
         return {**asdict(self), "ratio": self.ratio, "within_bounds": self.within_bounds}
 
 
-def compare(folder: Path) -> Comparison:
+def compare(folder: Path) -> UplinkComparison:
     """Reads a run folder; InputError if its records do not serve."""
     run = Run.open(folder)
     table = run.tracking()
@@ -91,7 +91,7 @@ def compare(folder: Path) -> Comparison:
 
 def measure(
     time_s: Floats, robot: NDArray[np.integer[Any]], *, robots: int, duration_s: float
-) -> Comparison:
+) -> UplinkComparison:
     """Records [n]: when the host had each, and the robot that sent it."""
     if duration_s < _LEAST_S:
         raise InputError(f"too short a run; it takes {_LEAST_S:g} s at least, better 3,600")
@@ -102,7 +102,7 @@ def measure(
     seconds = np.floor(time_s / _LOG_SECOND_S).astype(int)
     gaps = np.diff(seconds)[same]
     share = {gap: float(np.mean(gaps == gap)) for gap in _REAL_GAPS}
-    return Comparison(
+    return UplinkComparison(
         robots=robots,
         records=len(time_s),
         duration_s=duration_s,
@@ -115,7 +115,7 @@ def measure(
     )
 
 
-def report_text(comparison: Comparison) -> str:
+def report_text(comparison: UplinkComparison) -> str:
     """A table: emulated, real, and the bounds."""
     rows = [
         (

@@ -45,7 +45,7 @@ _SPREAD_WITHIN = 0.25
 
 
 @dataclass(frozen=True)
-class Row:
+class WalkRow:
     """One lag: real and emulated displacement, cm."""
 
     lag: int
@@ -55,10 +55,10 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class WalkComparison:
     """`robot_*`: over the robots, of each one's rms displacement in ten log seconds."""
 
-    rows: list[Row]
+    rows: list[WalkRow]
     robot_mean_cm: float
     robot_sd_cm: float
     robot_least_cm: float
@@ -79,7 +79,7 @@ class Comparison:
         return {**asdict(self), "within_bounds": self.within_bounds}
 
 
-def compare(folder: Path) -> Comparison:
+def compare(folder: Path) -> WalkComparison:
     """Reads a run folder; InputError if its records do not serve."""
     run = Run.open(folder)
     keys = run.experiment
@@ -153,7 +153,7 @@ def displacements_cm(seen: Floats, lag: int) -> Floats:
     return distance.reshape(len(seen) - lag, seen.shape[1], 4)
 
 
-def measure(seen: Floats) -> Comparison:
+def measure(seen: Floats) -> WalkComparison:
     """Compares what the grid has logged, as `records` gives it."""
     rows = []
     for lag, real in _REAL.items():
@@ -161,10 +161,10 @@ def measure(seen: Floats) -> Comparison:
         found = found[np.isfinite(found)]
         values = (_rms(found), *np.percentile(found, [50, 95, 99]))
         emulated = {name: float(value) for name, value in zip(_MEASURES, values, strict=True)}
-        rows.append(Row(lag, len(found), dict(zip(_MEASURES, real, strict=True)), emulated))
+        rows.append(WalkRow(lag, len(found), dict(zip(_MEASURES, real, strict=True)), emulated))
     each = displacements_cm(seen, _ROBOT_LAG).transpose(1, 0, 2).reshape(seen.shape[1], -1)
     of_robots = np.array([_rms(robot[np.isfinite(robot)]) for robot in each])
-    return Comparison(
+    return WalkComparison(
         rows,
         float(of_robots.mean()),
         float(of_robots.std(ddof=1)),
@@ -177,7 +177,7 @@ def _rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def report_text(comparison: Comparison) -> str:
+def report_text(comparison: WalkComparison) -> str:
     """A table: emulated, real, and the difference of the two."""
     lines = ["displacement in cm, emulated / real (difference)", ""]
     lines.append("lag  " + "".join(f"{name:<24}" for name in _MEASURES).rstrip())

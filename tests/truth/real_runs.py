@@ -71,7 +71,7 @@ _SHOWN_ONLY = {"changes", "largest at 10", "largest at 50", "largest at 100", "a
 
 
 @dataclass(frozen=True)
-class Row:
+class LogRow:
     """A measure of the run, and the real runs' median and bounds."""
 
     name: str
@@ -121,13 +121,13 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class LogComparison:
     """One run against some real ones."""
 
     log: Log
     source: str
     runs: int
-    rows: tuple[Row, ...]
+    rows: tuple[LogRow, ...]
     may_be_outside: int
     """Measures of the real run that differs most from the other ones."""
     may_be_away: float
@@ -154,7 +154,7 @@ class Comparison:
         }
 
 
-def compare(run: Path, logs: Sequence[Path]) -> Comparison:
+def compare(run: Path, logs: Sequence[Path]) -> LogComparison:
     """With real logs, at least three, or without any with the figures that the project carries."""
     if 0 < len(logs) < LEAST_RUNS:
         what = f"{len(logs)} logs do not show how real runs differ"
@@ -167,7 +167,7 @@ def compare(run: Path, logs: Sequence[Path]) -> Comparison:
         carried = json.loads(FIGURES.read_text())
         real, source = list(carried["runs"].values()), carried["source"]
     each = [rows_of(one, [*real[:number], *real[number + 1 :]]) for number, one in enumerate(real)]
-    return Comparison(
+    return LogComparison(
         log,
         source,
         len(real),
@@ -177,34 +177,34 @@ def compare(run: Path, logs: Sequence[Path]) -> Comparison:
     )
 
 
-def rows_of(found: Figures, real: Sequence[Figures]) -> tuple[Row, ...]:
+def rows_of(found: Figures, real: Sequence[Figures]) -> tuple[LogRow, ...]:
     """The measures of one run against those of at least two others."""
     return tuple(_row(name, found[name], [one[name] for one in real]) for name in _LABELS)
 
 
-def outside(rows: Sequence[Row]) -> int:
+def outside(rows: Sequence[LogRow]) -> int:
     """How many of the rows that are judged are outside of their bounds."""
     return sum(row.judged and not row.within for row in rows)
 
 
-def farthest(rows: Sequence[Row]) -> float:
+def farthest(rows: Sequence[LogRow]) -> float:
     """How far the farthest of the rows that are judged is, where the bounds are 1 away."""
     return max(row.distance for row in rows if row.judged)
 
 
-def _row(name: str, value: float | None, real: Sequence[float | None]) -> Row:
+def _row(name: str, value: float | None, real: Sequence[float | None]) -> LogRow:
     """The prediction interval around the mean; the median is what the tables of docs show."""
     known = [one for one in real if one is not None and isfinite(one)]
     value = inf if value is None else value
     if len(known) < _LEAST_KNOWN:
-        return Row(name, value, median(known) if known else inf, 0.0, inf)
+        return LogRow(name, value, median(known) if known else inf, 0.0, inf)
     freedom = len(known) - 1
     t = _T[freedom - 1] if freedom <= len(_T) else _T_BEYOND
     half = t * stdev(known) * (1 + 1 / len(known)) ** 0.5
-    return Row(name, value, median(known), fmean(known), half)
+    return LogRow(name, value, median(known), fmean(known), half)
 
 
-def report_text(comparison: Comparison) -> str:
+def report_text(comparison: LogComparison) -> str:
     """A table: the run, the real runs' median, the bounds."""
     lines = [f"{'':48}{'run':>8}{'real':>8}{'off':>8}   one more real run"]
     for row in comparison.rows:

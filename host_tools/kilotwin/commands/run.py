@@ -46,7 +46,7 @@ from kilotwin.session.run import run as run_experiment
 if TYPE_CHECKING:
     from kilotwin.session.attached import AttachedViewer
     from kilotwin.session.display import Display
-    from kilotwin.session.verify import Verdict
+    from kilotwin.session.verify import Verification
 
 app = command_app()
 
@@ -319,7 +319,7 @@ def _verify(recorded: Path, out: Path | None, as_json: bool, quiet: bool) -> NoR
     raise typer.Exit(1 if verdict.difference else 0)
 
 
-def _verdict_text(verdict: "Verdict") -> str:
+def _verdict_text(verdict: "Verification") -> str:
     """Two lines and more: whether it is the same, and what has changed in between."""
     said = verdict.difference or "the same result"
     rows = f"{verdict.compared:,} rows of samples compared"

@@ -15,7 +15,7 @@ _FROM_ZERO = 5
 
 
 @dataclass(frozen=True)
-class Row:
+class LineRow:
     """Instructions from `first` up to below `end`, in bytes, of a line; `unit` is the number of the
     compilation unit."""
 
@@ -34,18 +34,18 @@ class LineTable:
 
     def __init__(self, dwarf: DWARFInfo) -> None:
         self.units: list[CompileUnit] = list(dwarf.iter_CUs())
-        self._rows: list[Row] = []
+        self._rows: list[LineRow] = []
         for number, unit in enumerate(self.units):
             program = dwarf.line_program_for_CU(unit)
             if program is not None:
                 self._rows += _rows(program, files_of(program), number)
         self._rows.sort(key=_END)
 
-    def ending_behind(self, address: int) -> list[Row]:
+    def ending_behind(self, address: int) -> list[LineRow]:
         """The rows that end behind an address."""
         return self._rows[bisect_right(self._rows, address, key=_END) :]
 
-    def at(self, address: int) -> Row | None:
+    def at(self, address: int) -> LineRow | None:
         """That of one instruction."""
         index = bisect_right(self._rows, address, key=_END)
         row = self._rows[index] if index < len(self._rows) else None
@@ -65,12 +65,12 @@ def files_of(program: LineProgram) -> dict[int, Path]:
     }
 
 
-def _rows(program: LineProgram, files: dict[int, Path], unit: int) -> Iterator[Row]:
+def _rows(program: LineProgram, files: dict[int, Path], unit: int) -> Iterator[LineRow]:
     before = None
     for entry in program.get_entries():
         state = entry.state
         if state is None:
             continue
         if before is not None and before.address < state.address and before.line:
-            yield Row(before.address, state.address, files[before.file], before.line, unit)
+            yield LineRow(before.address, state.address, files[before.file], before.line, unit)
         before = None if state.end_sequence else state

@@ -24,7 +24,7 @@ DAMAGED = "damaged"
 
 
 @dataclass
-class Verdict:
+class FolderVerdict:
     """Outcome of a look: `state` is the worst of what was found.
 
     `findings` are sentences; `tables` rows by name; `mended` what was done about them.
@@ -63,7 +63,7 @@ class Verdict:
         return "\n".join([*lines, *(f"  mended: {what}" for what in self.mended)])
 
 
-def check(folder: Path, *, repair: bool = False) -> Verdict:
+def check(folder: Path, *, repair: bool = False) -> FolderVerdict:
     """Looks at everything in a run folder; InputError if it is none.
 
     `repair`: tables that lack their Parquet get it from what whole batches there are, a torn last
@@ -76,7 +76,7 @@ def check(folder: Path, *, repair: bool = False) -> Verdict:
             f"{folder}: was written less than {_FRESH_S:.0f} s ago, so it may run still; end it, "
             "or type this again later"
         )
-    verdict = Verdict(folder)
+    verdict = FolderVerdict(folder)
     _look_at_manifest(run, verdict)
     for stream in sorted(folder.glob("*.arrows")):
         _look_at_table(run, stream, verdict, repair=repair)
@@ -94,7 +94,7 @@ def _is_fresh(folder: Path) -> bool:
     return any(time.time() - file.stat().st_mtime < _FRESH_S for file in folder.glob("*.arrows"))
 
 
-def _look_at_manifest(run: Run, verdict: Verdict) -> None:
+def _look_at_manifest(run: Run, verdict: FolderVerdict) -> None:
     manifest = run.manifest
     engine = manifest.get("engine", {})
     verdict.made_by = {"kilotwin": str(manifest.get("kilotwin", "unknown"))}
@@ -112,7 +112,7 @@ def _look_at_manifest(run: Run, verdict: Verdict) -> None:
         verdict.found(SPOILED, str(spoiled))
 
 
-def _look_at_table(run: Run, stream: Path, verdict: Verdict, *, repair: bool) -> None:
+def _look_at_table(run: Run, stream: Path, verdict: FolderVerdict, *, repair: bool) -> None:
     rows, torn = _whole_rows(stream)
     verdict.tables[stream.stem] = rows
     finished = run.manifest.get("status") == FINISHED
@@ -135,7 +135,7 @@ def _look_at_table(run: Run, stream: Path, verdict: Verdict, *, repair: bool) ->
         _mend_table(stream, parquet, verdict)
 
 
-def _mend_table(stream: Path, parquet: Path, verdict: Verdict) -> None:
+def _mend_table(stream: Path, parquet: Path, verdict: FolderVerdict) -> None:
     try:
         to_parquet(stream, parquet, torn=True)
         verdict.mended.append(f"{parquet.name} has the {verdict.tables[stream.stem]:,} whole rows")
@@ -157,7 +157,7 @@ def _whole_rows(stream: Path) -> tuple[int, str]:
         return rows, str(error).splitlines()[0]
 
 
-def _look_at_events(run: Run, verdict: Verdict, *, repair: bool) -> None:
+def _look_at_events(run: Run, verdict: FolderVerdict, *, repair: bool) -> None:
     file = run.folder / EVENTS
     if not file.exists():
         verdict.found(DAMAGED, f"{EVENTS} is not there")

@@ -33,7 +33,7 @@ from kilotwin.table.grid.foreign_orders import WatchedLinks, refuse_another_host
 from kilotwin.table.grid.joining import check_runs
 from kilotwin.table.grid.poller import Reports
 from kilotwin.table.links.preflight import check_before_record
-from kilotwin.table.links.verdicts import MODULES, Verdict, line
+from kilotwin.table.links.verdicts import MODULES, GridVerdict, line
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples
@@ -107,7 +107,7 @@ def _check(
 ) -> None:
     """The preflight; RunError if modules are silent, unless for `force`."""
     found = check_before_record(experiment, buses, names, speed=speed, note=display.note)
-    wrong = [finding for finding in found if finding.verdict is not Verdict.READY]
+    wrong = [finding for finding in found if finding.verdict is not GridVerdict.READY]
     refused = [finding for finding in wrong if finding.what == MODULES and not force]
     for finding in wrong:
         if finding not in refused:

@@ -25,7 +25,7 @@ _BEFORE_THE_HASH = "has no result_hash of every sample; Kilotwin 0.2 and older m
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Verification:
     """Outcome of a repetition. `difference`: a sentence, None if there is none.
 
     `changed`: what was not the same from the start: Kilotwin, the engine, a program.
@@ -53,7 +53,9 @@ class Verdict:
         }
 
 
-def verify(recorded: Path, out: Path | None, command_line: list[str], display: Display) -> Verdict:
+def verify(
+    recorded: Path, out: Path | None, command_line: list[str], display: Display
+) -> Verification:
     """Repeats the run of a run folder, or of its manifest, in `out` or a folder that is deleted.
 
     InputError for what is no emulated run. Takes as long as the run did.
@@ -75,7 +77,7 @@ def verify(recorded: Path, out: Path | None, command_line: list[str], display: D
         if difference is None and hashes[0] != hashes[1]:
             difference = _beside_samples(before.manifest["summary"], outcome.summary)
     compared = rows.num_rows + (0 if things is None else things.num_rows)
-    return Verdict(before.folder, difference, changed, compared, hashes)
+    return Verification(before.folder, difference, changed, compared, hashes)
 
 
 def _has_objects(run: Run) -> bool:

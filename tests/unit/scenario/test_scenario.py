@@ -16,7 +16,7 @@ from kilotwin.commands.terminal import SweepSilent
 from kilotwin.errors import InputError, InterruptError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.studies.compare.shares import share_interval
-from kilotwin.studies.scenario.judge import Verdict, judge, runs_of
+from kilotwin.studies.scenario.judge import ScenarioVerdict, judge, runs_of
 from kilotwin.studies.scenario.looks import Failure, Look, once_per_cause
 from kilotwin.studies.scenario.one_run import Ran, run_once, tasks_of
 from kilotwin.studies.scenario.runner import find, prepare, run_all
@@ -49,7 +49,7 @@ count = 4
 """
 ALL_RED = "led.red + led.bright_red == robots"
 
-Try = Callable[..., list[Verdict]]
+Try = Callable[..., list[ScenarioVerdict]]
 
 
 @pytest.fixture
@@ -70,7 +70,7 @@ def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., P
 def verdicts(scenario: Callable[..., Path]) -> Try:
     """`verdicts("that = ...", ..., hang=1)`: those on the scenario, after its runs."""
 
-    def run(*expects: str, **faults: int) -> list[Verdict]:
+    def run(*expects: str, **faults: int) -> list[ScenarioVerdict]:
         experiment = Experiment.load(scenario(*expects, **faults))
         tasks = tasks_of(experiment, runs_of(experiment), 60, lambda _: None)
         return judge(experiment, [run_once(task) for task in tasks])

@@ -16,7 +16,7 @@ from kilotwin.session.display import Silent
 LOG_SECOND_S = 32 * 0.032768
 
 
-def measured(seconds: list[float], robot: int = 0) -> kilogrid_uplink.Comparison:
+def measured(seconds: list[float], robot: int = 0) -> kilogrid_uplink.UplinkComparison:
     time_s = np.array(seconds) * LOG_SECOND_S
     return kilogrid_uplink.measure(time_s, np.full(len(time_s), robot), robots=1, duration_s=1000.0)
 
@@ -54,10 +54,10 @@ def test_a_short_run_is_refused() -> None:
 
 
 def test_the_bounds_are_those_of_the_real_logs() -> None:
-    def comparison(**change: float) -> kilogrid_uplink.Comparison:
+    def comparison(**change: float) -> kilogrid_uplink.UplinkComparison:
         gaps = {2: 0.37, 4: 0.17, 6: 0.074, 8: change.pop("eighth", 0.031)}
         values = {"rate": 0.2, "doubles": 0.126, **change}
-        return kilogrid_uplink.Comparison(
+        return kilogrid_uplink.UplinkComparison(
             robots=100,
             records=1,
             duration_s=3600.0,
@@ -76,7 +76,9 @@ def test_the_bounds_are_those_of_the_real_logs() -> None:
     assert "OUTSIDE" in kilogrid_uplink.report_text(comparison(doubles=0.2))
 
 
-def uplink(folder: Path, seed: int, robots: int, duration_s: float) -> kilogrid_uplink.Comparison:
+def uplink(
+    folder: Path, seed: int, robots: int, duration_s: float
+) -> kilogrid_uplink.UplinkComparison:
     settings = [
         Setting((key,), value, f"{key}={value}")
         for key, value in (("seed", seed), ("duration_s", duration_s))

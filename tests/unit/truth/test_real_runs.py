@@ -139,11 +139,11 @@ LIKE = {
 }
 
 
-def comparison_of(found: Measures) -> real_runs.Comparison:
+def comparison_of(found: Measures) -> real_runs.LogComparison:
     none = np.zeros(0, dtype=np.int64)
     log = Log("it", 3600, 100, none, none, none, none, none, none, none)
     rows = real_runs.rows_of(found, list(carried().values()))
-    return real_runs.Comparison(log, "logs", len(carried()), rows, 7, 2.0)
+    return real_runs.LogComparison(log, "logs", len(carried()), rows, 7, 2.0)
 
 
 def test_bounds_hold_a_real_run_and_not_one_that_is_off_everywhere() -> None:

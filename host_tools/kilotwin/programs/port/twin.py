@@ -38,7 +38,7 @@ def chosen(*, require: bool, without: bool) -> Mode:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class TwinVerdict:
     """Result for one program. `agrees` None: it could not be held against its ATmega328P.
 
     `known`: it was so before.
@@ -62,7 +62,7 @@ class Twins:
     def __init__(self, native: Iterable[tuple[Program, Guest]], mode: Mode, notify: Notify) -> None:
         """RunError if they must agree and one does not."""
         self._notify = notify
-        self._verdicts: list[Verdict] = []
+        self._verdicts: list[TwinVerdict] = []
         pairs = {guest.key: (program, guest) for program, guest in native}
         # Those that are known take no thread, beside which the run could not be forked.
         self._pairs = [] if mode == "off" else [p for p in pairs.values() if not self._knows(*p)]
@@ -74,7 +74,7 @@ class Twins:
             self._join()
             self._check()
 
-    def verdicts(self) -> Sequence[Verdict]:
+    def verdicts(self) -> Sequence[TwinVerdict]:
         """When they are through; none if they are switched off."""
         self._join()
         return self._verdicts
@@ -94,7 +94,7 @@ class Twins:
         for program, guest in self._pairs:
             self._add(_found(program, guest))
 
-    def _add(self, verdict: Verdict) -> None:
+    def _add(self, verdict: TwinVerdict) -> None:
         self._verdicts.append(verdict)
         if verdict.agrees is not True or not verdict.known:
             self._notify(verdict.line())
@@ -115,19 +115,19 @@ def native_kilobots(
             yield group.program, guest
 
 
-def _known(program: Program, guest: Guest) -> Verdict | None:
+def _known(program: Program, guest: Guest) -> TwinVerdict | None:
     """The verdict that needs no twin to run: a kept verdict, or that no avr-gcc is here."""
     try:
         file = _kept_at(guest, avr_gcc())
     except RunError as error:
-        return Verdict(program.written, None, f"{error}")
+        return TwinVerdict(program.written, None, f"{error}")
     if not file.exists():
         return None
-    kept = Verdict(**json.loads(file.read_text()))
+    kept = TwinVerdict(**json.loads(file.read_text()))
     return replace(kept, program=program.written, known=True)
 
 
-def _found(program: Program, guest: Guest) -> Verdict:
+def _found(program: Program, guest: Guest) -> TwinVerdict:
     """By a twin; kept, if there could be one."""
     verdict = _judged(program, guest)
     if verdict.agrees is not None:
@@ -138,14 +138,14 @@ def _found(program: Program, guest: Guest) -> Verdict:
     return verdict
 
 
-def _judged(program: Program, guest: Guest) -> Verdict:
+def _judged(program: Program, guest: Guest) -> TwinVerdict:
     command = [sys.executable, "-P", "-m", "kilotwin.programs.port.twin_judge", str(os.getpid())]
     order = pickle.dumps((program, guest))
     done = subprocess.run(command, input=order, capture_output=True, check=False)
     if done.returncode != 0:
         words = done.stderr.decode(errors="replace").strip().splitlines()
-        return Verdict(program.written, None, words[-1] if words else "its process was ended")
-    return Verdict(**json.loads(done.stdout))
+        return TwinVerdict(program.written, None, words[-1] if words else "its process was ended")
+    return TwinVerdict(**json.loads(done.stdout))
 
 
 def _kept_at(guest: Guest, compiler: str) -> Path:

@@ -19,7 +19,7 @@ from kilotwin.programs.port.disassembly import Disassembly
 from kilotwin.programs.port.paired_run import Measured, PairedRun
 from kilotwin.programs.port.roles import find_roles, own_lines
 from kilotwin.programs.port.trial import SLACK_S, UID, waits
-from kilotwin.programs.port.twin import Verdict
+from kilotwin.programs.port.twin import TwinVerdict
 from kilotwin.units import ticks
 
 SECONDS = 10.0
@@ -34,19 +34,19 @@ def main() -> None:
     sys.stdout.write(json.dumps(asdict(verdict(program, guest))))
 
 
-def verdict(program: Program, guest: Guest) -> Verdict:
+def verdict(program: Program, guest: Guest) -> TwinVerdict:
     """Both run for SECONDS, or to the first difference."""
     name = program.written
     try:
         image = build_image(program)
     except InputError as error:
-        return Verdict(name, False, f"which does not build for the ATmega328P: {error}")
+        return TwinVerdict(name, False, f"which does not build for the ATmega328P: {error}")
     except RunError as error:
-        return Verdict(name, None, f"{error}")
+        return TwinVerdict(name, None, f"{error}")
     try:
         return judged(name, _measured(program, guest, image))
     except KilotwinError as error:
-        return Verdict(name, None, f"{error}")
+        return TwinVerdict(name, None, f"{error}")
 
 
 def _measured(program: Program, guest: Guest, image: Image) -> Measured:
@@ -67,17 +67,17 @@ def _measured(program: Program, guest: Guest, image: Image) -> Measured:
     return paired_run.run(wanted, _TIMEOUT_S)
 
 
-def judged(name: str, measured: Measured) -> Verdict:
+def judged(name: str, measured: Measured) -> TwinVerdict:
     """The verdict by what was measured."""
     if failure := measured.native_failure or measured.avr_failure:
         where = "here" if measured.native_failure else "on the robot"
-        return Verdict(name, False, f"it cannot go on {where}: {failure}")
+        return TwinVerdict(name, False, f"it cannot go on {where}: {failure}")
     if measured.difference is not None:
         first = f"first at tick {measured.difference.tick:,}: {measured.difference.text}"
         why = f'`kilotwin port {name}` says why, cpu = "translated" runs it as the robot does'
-        return Verdict(name, False, f"{first}; {why}")
+        return TwinVerdict(name, False, f"{first}; {why}")
     how_many = f"{measured.compared:,} decisions in {SECONDS:g} s"
-    return Verdict(name, True, f"{how_many} are as on its ATmega328P")
+    return TwinVerdict(name, True, f"{how_many} are as on its ATmega328P")
 
 
 if __name__ == "__main__":

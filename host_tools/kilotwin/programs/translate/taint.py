@@ -61,7 +61,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ByteComparison:
     """Flags by a part minus `k`, or plus minus k if it is a sum."""
 
     part: Part
@@ -95,7 +95,7 @@ class _Poison:
 
 _POISON = _Poison()
 _Value = Part | _Poison | int
-_Flag = Comparison | _Poison
+_Flag = ByteComparison | _Poison
 
 
 class State:
@@ -274,7 +274,7 @@ class State:
         if isinstance(a, int) and isinstance(b, Part):
             a, b = b, a
         if isinstance(a, Part) and isinstance(b, int) and a.low == a.high:
-            return Comparison(a, b << _BYTE * a.low).bounds(_Z)
+            return ByteComparison(a, b << _BYTE * a.low).bounds(_Z)
         if isinstance(a, Part | _Poison) or isinstance(b, Part | _Poison):
             raise UnknownError
         return set()
@@ -299,7 +299,7 @@ class State:
         self._put(d, result)
         flag: _Flag | None = None
         if isinstance(result, Part):
-            flag = Comparison(result, 0)
+            flag = ByteComparison(result, 0)
         elif isinstance(result, _Poison):
             flag = _POISON
         self._set_flag(_Z, flag)
@@ -331,7 +331,7 @@ class State:
         bounds = self._add(d, instruction.k, at, is_sum=is_sum, takes_carry=False, keeps=True)
         low = self._flags.get(_C)
         bounds |= self._add(d + 1, 0, at, is_sum=is_sum, takes_carry=True, keeps=True)
-        if is_sum and isinstance(low, Comparison) and _C in self._flags:
+        if is_sum and isinstance(low, ByteComparison) and _C in self._flags:
             self._flags[_Z] = self._flags[_C]  # of both bytes
         return bounds
 
@@ -360,7 +360,7 @@ class State:
             a, operand = operand, a
         carry = self._flags.get(_C) if takes_carry else None
         bounds = set[tuple[int, Bound]]()
-        sum_: Comparison | None = None
+        sum_: ByteComparison | None = None
         is_tainted = isinstance(a, Part | _Poison) or isinstance(operand, Part | _Poison)
         if isinstance(a, Part) and not isinstance(operand, Part | _Poison) and a.low == a.high:
             sum_ = _compared(a, operand, carry, at, is_sum=is_sum, takes_carry=takes_carry)
@@ -379,7 +379,7 @@ class State:
         return bounds
 
     def _note_sum(
-        self, sum_: Comparison | None, *, is_tainted: bool, result: _Value | None
+        self, sum_: ByteComparison | None, *, is_tainted: bool, result: _Value | None
     ) -> None:
         """The flags of one: of a difference of several bytes Z is of all, of a sum of the last."""
         flag = sum_ if sum_ is not None else (_POISON if is_tainted else None)
@@ -392,7 +392,7 @@ class State:
         if part.bits != _BYTE * (part.high + 1):
             self._flags.update(dict.fromkeys((_N, _V, _S), _POISON))
         if sum_.is_sum:
-            self._flags[_Z] = Comparison(result, 0) if isinstance(result, Part) else _POISON
+            self._flags[_Z] = ByteComparison(result, 0) if isinstance(result, Part) else _POISON
         elif part.high > part.low and not is_of_all:
             self._flags[_Z] = _POISON
 
@@ -427,14 +427,14 @@ def _compared(
     *,
     is_sum: bool,
     takes_carry: bool,
-) -> Comparison | None:
+) -> ByteComparison | None:
     """A byte and another one, behind those that the carry comes from; None if these are none of
     the same number."""
     shifted = (operand or 0) << _BYTE * a.low
     addend = at if operand is None else None
     if not takes_carry:
-        return Comparison(a, -shifted & _ones(a.bits) if is_sum else shifted, is_sum, addend)
-    if not isinstance(carry, Comparison) or carry.is_sum != is_sum or not a.agrees(carry.part):
+        return ByteComparison(a, -shifted & _ones(a.bits) if is_sum else shifted, is_sum, addend)
+    if not isinstance(carry, ByteComparison) or carry.is_sum != is_sum or not a.agrees(carry.part):
         return None
     if carry.part.bits != _BYTE * a.low:
         return None
@@ -442,14 +442,14 @@ def _compared(
     if is_sum:  # what is known of the lower bytes is so modulo their size
         k = -((-carry.k & _ones(carry.part.bits)) + shifted) & _ones(a.bits)
     first = carry.addend if carry.addend is not None else addend
-    return Comparison(replace(a, low=carry.part.low), k, is_sum, first)
+    return ByteComparison(replace(a, low=carry.part.low), k, is_sum, first)
 
 
 def _ones(bits: int) -> int:
     return (1 << bits) - 1
 
 
-def _result(a: Part, sum_: Comparison) -> _Value:
+def _result(a: Part, sum_: ByteComparison) -> _Value:
     """The byte of a sum or difference."""
     if a.bits != _BYTE * (a.high + 1):
         return _POISON

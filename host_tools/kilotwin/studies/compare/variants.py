@@ -44,7 +44,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class VariantComparison:
     """Both sides, what they differ in, and what could not be compared, and why."""
 
     a: Side
@@ -99,7 +99,7 @@ def compare(
     b: Side,
     metrics: Sequence[str] = (),
     within: Mapping[str, tuple[float, bool]] | None = None,
-) -> Comparison:
+) -> VariantComparison:
     """Every metric that both have, or those named; InputError of one that neither has."""
     within = within or {}
     known = dict.fromkeys([*a.values, *b.values])
@@ -119,7 +119,7 @@ def compare(
             raise InputError(f"--within {name}: {left_out[name]}; it cannot be held to a bound")
     undecided = _undecided(a, b)
     corrected = _holm([one.p for one in differences])
-    return Comparison(
+    return VariantComparison(
         a,
         b,
         [
@@ -216,7 +216,7 @@ def _judged(
     return Difference(**fields)
 
 
-def report_text(comparison: Comparison) -> str:
+def report_text(comparison: VariantComparison) -> str:
     """A table in Markdown, and what could not be compared."""
     a, b = comparison.a, comparison.b
     bounded = any(one.bound is not None for one in comparison.differences)

@@ -15,7 +15,7 @@ _ALWAYS = ("no_crash", "no_busy_wait")
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ScenarioVerdict:
     """On one expectation, over all its runs.
 
     `where`: file and line. `expected`: as it is written. `said`: what was seen. `seed`: of a run
@@ -43,13 +43,13 @@ def runs_of(experiment: Experiment) -> int:
     return max((expect.times for expect in experiment.keys.expect), default=1)
 
 
-def judge(experiment: Experiment, runs: Sequence[Ran]) -> list[Verdict]:
+def judge(experiment: Experiment, runs: Sequence[Ran]) -> list[ScenarioVerdict]:
     """Verdicts: what holds of every scenario, since it is the cause of more; then in the order of
     the file."""
     source, expects = experiment.origin.source, experiment.keys.expect
     if stopped := [ran for ran in runs if ran.trouble]:
         said = _of_runs(stopped, runs, stopped[0].trouble)
-        return [Verdict(source, "runs to its end", False, said, stopped[0].seed)]
+        return [ScenarioVerdict(source, "runs to its end", False, said, stopped[0].seed)]
     verdicts = [
         *_programs("no_crash", experiment, runs, lambda ran: ran.crashes),
         *_programs("no_busy_wait", experiment, runs, lambda ran: ran.busy_waits),
@@ -67,19 +67,19 @@ def judge(experiment: Experiment, runs: Sequence[Ran]) -> list[Verdict]:
     return verdicts
 
 
-def _that(where: str, expect: Expect, index: int, runs: Sequence[Ran]) -> Verdict:
+def _that(where: str, expect: Expect, index: int, runs: Sequence[Ran]) -> ScenarioVerdict:
     looks = [(ran, ran.looks[index]) for ran in runs]
     failed = [(ran, look) for ran, look in looks if look is not None and not look.passed]
     if failed:
         ran, look = failed[0]
         said = _of_runs([ran for ran, _ in failed], runs, look.seen)
-        return Verdict(where, expect.text(), False, said, ran.seed)
+        return ScenarioVerdict(where, expect.text(), False, said, ran.seed)
     first = runs[0].looks[index]
     assert first is not None
-    return Verdict(where, expect.text(), True, first.seen)
+    return ScenarioVerdict(where, expect.text(), True, first.seen)
 
 
-def _share(where: str, expect: Expect, index: int, runs: Sequence[Ran]) -> Verdict:
+def _share(where: str, expect: Expect, index: int, runs: Sequence[Ran]) -> ScenarioVerdict:
     passed = [ran for ran in runs if (look := ran.looks[index]) is not None and look.passed]
     others = [ran for ran in runs if ran not in passed]
     found = share_interval(len(passed), len(runs))
@@ -92,13 +92,15 @@ def _share(where: str, expect: Expect, index: int, runs: Sequence[Ran]) -> Verdi
         said += f", which is above {expect.at_most:g}"
         odd = passed[0]
     if odd is None:
-        return Verdict(where, expect.text(), True, said)
+        return ScenarioVerdict(where, expect.text(), True, said)
     look = odd.looks[index]
     assert look is not None
-    return Verdict(where, expect.text(), False, f"{said} (seed {odd.seed}: {look.seen})", odd.seed)
+    return ScenarioVerdict(
+        where, expect.text(), False, f"{said} (seed {odd.seed}: {look.seen})", odd.seed
+    )
 
 
-def _messages(where: str, expect: Expect, runs: Sequence[Ran]) -> Verdict:
+def _messages(where: str, expect: Expect, runs: Sequence[Ran]) -> ScenarioVerdict:
     assert expect.messages_per_robot_s is not None
     least, most = expect.messages_per_robot_s
     for ran in runs:
@@ -107,9 +109,11 @@ def _messages(where: str, expect: Expect, runs: Sequence[Ran]) -> Verdict:
             who = f"robot {out[0][0]} sent" if len(ran.rates) > 1 else "robots sent"
             more = f", and {len(out) - 1} more robots are outside" if len(out) > 1 else ""
             said = f"{who} {out[0][1]:.3g} messages/s{more} (seed {ran.seed})"
-            return Verdict(where, expect.text(), False, said, ran.seed)
+            return ScenarioVerdict(where, expect.text(), False, said, ran.seed)
     rates = [rate for ran in runs for rate in ran.rates]
-    return Verdict(where, expect.text(), True, f"{min(rates):.3g} to {max(rates):.3g} messages/s")
+    return ScenarioVerdict(
+        where, expect.text(), True, f"{min(rates):.3g} to {max(rates):.3g} messages/s"
+    )
 
 
 def _programs(
@@ -117,7 +121,7 @@ def _programs(
     experiment: Experiment,
     runs: Sequence[Ran],
     failures: Callable[[Ran], Sequence[Failure]],
-) -> Iterator[Verdict]:
+) -> Iterator[ScenarioVerdict]:
     """Verdicts of `no_crash` and the like, which hold unless an [[expect]] says false."""
     where, given, is_written = experiment.origin.source, True, key in _ALWAYS
     for index, expect in enumerate(experiment.keys.expect):
@@ -128,12 +132,12 @@ def _programs(
         return
     bad = [ran for ran in runs if failures(ran)]
     if not bad and is_written:
-        yield Verdict(where, f"{key} = true", True, f"none in {_runs(len(runs))}")
+        yield ScenarioVerdict(where, f"{key} = true", True, f"none in {_runs(len(runs))}")
     if not bad:
         return
     said = _of_runs(bad, runs, once_per_cause(failures(bad[0])))
     blamed = tuple(failure for failure, _ in by_cause(failures(bad[0])))
-    yield Verdict(where, f"{key} = true", False, said, bad[0].seed, blamed)
+    yield ScenarioVerdict(where, f"{key} = true", False, said, bad[0].seed, blamed)
 
 
 def _of_runs(bad: Sequence[Ran], runs: Sequence[Ran], said: str) -> str:

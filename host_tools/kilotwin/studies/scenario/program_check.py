@@ -17,7 +17,7 @@ from kilotwin.programs.port.check import Report
 from kilotwin.programs.port.check import check as port
 from kilotwin.programs.port.findings import Finding, Weight
 from kilotwin.programs.port.trial import Trial
-from kilotwin.studies.scenario.judge import Verdict
+from kilotwin.studies.scenario.judge import ScenarioVerdict
 from kilotwin.studies.scenario.runner import Scenario, is_scenario
 
 # As gcc, clang and avr-gcc write them.
@@ -192,7 +192,7 @@ def of_scenario(scenario: Scenario) -> Step:
     return Step("scenario", said, found)
 
 
-def _of_verdict(verdict: Verdict) -> list[Found]:
+def _of_verdict(verdict: ScenarioVerdict) -> list[Found]:
     """Failures of programs at their lines; else the expectation, at its own."""
     file, _, line = verdict.where.rpartition(":")
     where = (file, int(line)) if line.isdigit() else (verdict.where, None)

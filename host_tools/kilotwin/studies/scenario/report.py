@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from kilotwin.files.junit import Case, Suite
-from kilotwin.studies.scenario.judge import Verdict
+from kilotwin.studies.scenario.judge import ScenarioVerdict
 from kilotwin.studies.scenario.runner import Scenario
 
 
@@ -50,7 +50,7 @@ def suite(scenario: Scenario) -> Suite:
     )
 
 
-def _case(verdict: Verdict, look: str) -> Case:
+def _case(verdict: ScenarioVerdict, look: str) -> Case:
     file, _, line = verdict.where.rpartition(":")
     named = (file, int(line)) if line.isdigit() else (verdict.where, None)
     if verdict.passed:

@@ -15,7 +15,7 @@ from kilotwin.files.interrupts import heeding_interrupts
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.checks import COVERED, check_covered
 from kilotwin.programs.native.sanitizer import SANITIZED, check_sanitized
-from kilotwin.studies.scenario.judge import Verdict, judge, runs_of
+from kilotwin.studies.scenario.judge import ScenarioVerdict, judge, runs_of
 from kilotwin.studies.scenario.one_run import Ran, Task, run_once, tasks_of
 from kilotwin.studies.sweep.executors import Processes
 from kilotwin.studies.sweep.runner import Display
@@ -30,7 +30,7 @@ class Scenario:
     experiment: Experiment
     tasks: list[Task]
     ran: dict[int, Ran] = field(default_factory=dict)
-    verdicts: list[Verdict] = field(default_factory=list)
+    verdicts: list[ScenarioVerdict] = field(default_factory=list)
     took_s: float = 0.0
     folder: Path | None = None
     """A run folder of a run that failed."""
@@ -46,7 +46,7 @@ class Scenario:
         return len(self.ran) == len(self.tasks)
 
     @property
-    def failures(self) -> list[Verdict]:
+    def failures(self) -> list[ScenarioVerdict]:
         """The expectations that were not met."""
         return [verdict for verdict in self.verdicts if not verdict.passed]
 

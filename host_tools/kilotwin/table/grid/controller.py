@@ -24,7 +24,7 @@ from kilotwin.table.grid.cover import ALL_MODULES, Group
 from kilotwin.table.grid.in_turn import behind, in_turn, is_held, rounds, rounds_of
 from kilotwin.table.grid.links import Frames, Links
 from kilotwin.table.grid.poller import SILENT_AFTER, Answer, Poller, Reports
-from kilotwin.table.grid.resets import ResetWatch, Verdict
+from kilotwin.table.grid.resets import ResetVerdict, ResetWatch
 
 Wait = float | Callable[[], bool]
 Script = Generator[Wait, None, None]
@@ -367,8 +367,8 @@ class Controller:
             self._at(SETTLE_S, lambda: self._configure_unless_running(module))
         pausing = self._resets.pausing
         verdict = self._resets.take(answer)
-        self.poller.watch(module, on=verdict is Verdict.WATCH)
-        if verdict is Verdict.RESET:
+        self.poller.watch(module, on=verdict is ResetVerdict.WATCH)
+        if verdict is ResetVerdict.RESET:
             self._configure_again(module)
         if self._resets.pausing > pausing == 0:
             what = (

@@ -21,7 +21,7 @@ _PROMPT_S = 0.2
 _FEWEST, _MOST = 4, 32
 
 
-class Verdict(Enum):
+class ResetVerdict(Enum):
     """Facts that an answer tells of its module."""
 
     RUNS = "runs"
@@ -54,24 +54,24 @@ class ResetWatch:
         else:
             self._prompt.pop(module, None)
 
-    def take(self, answer: Answer) -> Verdict:
+    def take(self, answer: Answer) -> ResetVerdict:
         """Judges a module by an answer; all of a module that is watched are to come here."""
         module = answer.module
         if answer.records:
             # Reports that it had from robots are lost in a reset, and an idle module takes none.
             self._prompt.pop(module, None)
-            return Verdict.RUNS
+            return ResetVerdict.RUNS
         if module not in self._prompt:
             if not answer.missed or answer.silent_s < BOOT_S:
-                return Verdict.RUNS
+                return ResetVerdict.RUNS
             self._prompt[module] = 0
-            return Verdict.WATCH
+            return ResetVerdict.WATCH
         if answer.missed or answer.late_s > _PROMPT_S:
             self._pausing.add(module)
             self._prompt[module] = 0
-            return Verdict.WATCH
+            return ResetVerdict.WATCH
         self._prompt[module] += 1
         if self._prompt[module] < self.needed:
-            return Verdict.WATCH
+            return ResetVerdict.WATCH
         del self._prompt[module]
-        return Verdict.RESET
+        return ResetVerdict.RESET

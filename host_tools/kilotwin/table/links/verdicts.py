@@ -27,7 +27,7 @@ _AT_REST = {ModuleState.INIT, ModuleState.IDLE, ModuleState.SETUP}
 _WRITES = {ModuleState.WAITING_FOR_BOOTPAGE, ModuleState.BOOTLOADING_KILOBOTS}
 
 
-class Verdict(StrEnum):
+class GridVerdict(StrEnum):
     """Consequence of a finding for an experiment that is to begin."""
 
     READY = "ready"
@@ -76,7 +76,7 @@ class Finding:
     """A line of the table."""
 
     what: str
-    verdict: Verdict
+    verdict: GridVerdict
     found: str
     remedy: str = ""
     modules: tuple[Module, ...] = ()
@@ -93,17 +93,20 @@ def judge(seen: Seen, wanted: Wanted) -> list[Finding]:
         found += [_firmware(seen), _states(seen), _configurations(seen, wanted)]
     elif len(seen.silent) < seen.layout.columns * seen.layout.rows:
         told = "original modules do not say their build, state and configuration"
-        found.append(Finding("firmware", Verdict.LOOK, told, concerns_record=False))
+        found.append(Finding("firmware", GridVerdict.LOOK, told, concerns_record=False))
     if seen.robots is NotAsked.UNWANTED:
         return found
     if isinstance(seen.robots, NotAsked):
-        return [*found, Finding("robots", Verdict.LOOK, str(seen.robots), concerns_record=False)]
+        return [
+            *found,
+            Finding("robots", GridVerdict.LOOK, str(seen.robots), concerns_record=False),
+        ]
     return [*found, *_robots(seen.robots, wanted)]
 
 
 def is_ready(findings: Iterable[Finding]) -> bool:
     """Whether nothing stands against the experiment."""
-    return all(finding.verdict is not Verdict.NOT_READY for finding in findings)
+    return all(finding.verdict is not GridVerdict.NOT_READY for finding in findings)
 
 
 def as_dict(findings: Sequence[Finding]) -> dict[str, object]:
@@ -135,7 +138,7 @@ def _buses(seen: Seen) -> Finding:
     if seen.down:
         why = "; ".join(f"{seen.names[bus]}: {text}" for bus, text in sorted(seen.down.items()))
         found = f"{count - len(seen.down)} of {count} work; {why}"
-        return Finding("buses", Verdict.NOT_READY, found, "see to the adapter and the bus")
+        return Finding("buses", GridVerdict.NOT_READY, found, "see to the adapter and the bus")
     bad = [
         module
         for module, bus in sorted(seen.bus_health.items())
@@ -144,21 +147,23 @@ def _buses(seen: Seen) -> Finding:
     if bad:
         found = f"{count} work; many errors at {_names(bad)}"
         remedy = "see to plugs and to the bus's two terminations"
-        return Finding("buses", Verdict.LOOK, found, remedy, tuple(bad))
-    return Finding("buses", Verdict.READY, f"{count} of {count} work")
+        return Finding("buses", GridVerdict.LOOK, found, remedy, tuple(bad))
+    return Finding("buses", GridVerdict.READY, f"{count} of {count} work")
 
 
 def _modules(seen: Seen) -> Finding:
     all_ = seen.layout.columns * seen.layout.rows
     found = f"{all_ - len(seen.silent)} of {all_} answer"
     if not seen.silent:
-        return Finding(MODULES, Verdict.READY, found)
+        return Finding(MODULES, GridVerdict.READY, found)
     if len(seen.silent) == all_:
         remedy = "see to power and plugs, or name other buses by --can"
     else:
         remedy = "see to their power and plugs; one in its boot loader: kilotwin flash modules"
     silent = tuple(seen.silent)
-    return Finding(MODULES, Verdict.NOT_READY, f"{found}; silent: {_names(silent)}", remedy, silent)
+    return Finding(
+        MODULES, GridVerdict.NOT_READY, f"{found}; silent: {_names(silent)}", remedy, silent
+    )
 
 
 def _firmware(seen: Seen) -> Finding:
@@ -173,9 +178,9 @@ def _firmware(seen: Seen) -> Finding:
         parts = [found, f"{len(mute)} do not say" if mute else ""]
         odd = tuple(sorted([*others, *mute]))
         told = f"{', '.join(filter(None, parts))}: {_names(odd)}"
-        verdict = Verdict.NOT_READY if others else Verdict.LOOK
+        verdict = GridVerdict.NOT_READY if others else GridVerdict.LOOK
         return Finding("firmware", verdict, told, "kilotwin flash modules", odd)
-    return Finding("firmware", Verdict.READY, found)
+    return Finding("firmware", GridVerdict.READY, found)
 
 
 def _states(seen: Seen) -> Finding:
@@ -185,19 +190,19 @@ def _states(seen: Seen) -> Finding:
     if writing:
         remedy = "wait until the robots' program is written, or kilotwin grid idle"
         told = f"{found}: {_names(writing)}"
-        return Finding("states", Verdict.LOOK, told, remedy, writing, concerns_record=False)
+        return Finding("states", GridVerdict.LOOK, told, remedy, writing, concerns_record=False)
     odd = _where(seen, lambda answer: answer.state not in _AT_REST)
     if odd:
         told = f"{found}: {_names(odd)}"
         remedy = "record stops them; or kilotwin grid idle"
-        return Finding("states", Verdict.LOOK, told, remedy, odd, concerns_record=False)
-    return Finding("states", Verdict.READY, found)
+        return Finding("states", GridVerdict.LOOK, told, remedy, odd, concerns_record=False)
+    return Finding("states", GridVerdict.READY, found)
 
 
 def _configurations(seen: Seen, wanted: Wanted) -> Finding:
     named = {m: answer for m, answer in seen.health.items() if m in wanted.configuration}
     if not wanted.configuration:
-        return Finding("configuration", Verdict.READY, "the experiment has none")
+        return Finding("configuration", GridVerdict.READY, "the experiment has none")
     right = [
         m
         for m, answer in named.items()
@@ -207,7 +212,7 @@ def _configurations(seen: Seen, wanted: Wanted) -> Finding:
     another = [m for m in sorted(named) if m not in right and m not in none]
     if not none and not another:
         found = f"{len(right)} hold the experiment's"
-        return Finding("configuration", Verdict.READY, found)
+        return Finding("configuration", GridVerdict.READY, found)
     parts = [f"{len(right)} hold the experiment's"]
     if another:
         parts.append(f"{len(another)} another: {_names(another)}")
@@ -217,7 +222,7 @@ def _configurations(seen: Seen, wanted: Wanted) -> Finding:
     remedy = "record sets them up; or kilotwin grid setup EXP"
     odd = tuple(sorted([*another, *none]))
     told = ", ".join(parts)
-    return Finding("configuration", Verdict.LOOK, told, remedy, odd, concerns_record=False)
+    return Finding("configuration", GridVerdict.LOOK, told, remedy, odd, concerns_record=False)
 
 
 def _robots(robots: Mapping[int, Report], wanted: Wanted) -> Iterator[Finding]:
@@ -227,25 +232,27 @@ def _robots(robots: Mapping[int, Report], wanted: Wanted) -> Iterator[Finding]:
         if not wanted.answering:
             told = "none answers; those with the original runtime never do"
             remedy = "see their lights: kilotwin grid send voltage"
-            yield Finding("robots", Verdict.LOOK, told, remedy)
+            yield Finding("robots", GridVerdict.LOOK, told, remedy)
             return
         remedy = "lay them on the table, and kilotwin robots wakeup"
-        yield Finding("robots", Verdict.NOT_READY, found, remedy)
+        yield Finding("robots", GridVerdict.NOT_READY, found, remedy)
         return
     loading = tuple(uid for uid, robot in sorted(robots.items()) if robot.in_loader)
     if loading:
         told = f"{found}; in their boot loader: {_some(loading)}"
-        yield Finding("robots", Verdict.NOT_READY, told, "kilotwin flash robots", robots=loading)
+        yield Finding(
+            "robots", GridVerdict.NOT_READY, told, "kilotwin flash robots", robots=loading
+        )
     elif ALL_ROBOTS in robots:
-        yield Finding("robots", Verdict.LOOK, WITHOUT_UID, "kilotwin calibrate uid")
+        yield Finding("robots", GridVerdict.LOOK, WITHOUT_UID, "kilotwin calibrate uid")
     elif count < wanted.robots and wanted.all_asked:
         remedy = "type this again; if they still do not answer: kilotwin robots wakeup"
-        yield Finding("robots", Verdict.LOOK, found, remedy)
+        yield Finding("robots", GridVerdict.LOOK, found, remedy)
     elif count > wanted.robots:
-        yield Finding("robots", Verdict.LOOK, found, "take some away, or set swarm.size")
+        yield Finding("robots", GridVerdict.LOOK, found, "take some away, or set swarm.size")
     else:
         told = found if wanted.all_asked else f"{found}, as far as they were asked"
-        yield Finding("robots", Verdict.READY, told)
+        yield Finding("robots", GridVerdict.READY, told)
     yield _batteries(robots)
 
 
@@ -253,15 +260,15 @@ def _batteries(robots: Mapping[int, Report]) -> Finding:
     readings = {uid: robot.voltage for uid, robot in sorted(robots.items())}
     known = {uid: reading for uid, reading in readings.items() if reading is not None}
     if not known:
-        return Finding("batteries", Verdict.LOOK, "no robot says its voltage")
+        return Finding("batteries", GridVerdict.LOOK, "no robot says its voltage")
     colours = {uid: colour_of(reading) for uid, reading in known.items()}
     found = f"{volts(min(known.values())):.2f} to {volts(max(known.values())):.2f} V"
-    for colour, verdict in (("red", Verdict.NOT_READY), ("yellow", Verdict.LOOK)):
+    for colour, verdict in (("red", GridVerdict.NOT_READY), ("yellow", GridVerdict.LOOK)):
         low = tuple(uid for uid in known if colours[uid] == colour)
         if low:
             told = f"{found}; {colour}: {_some(low)}"
             return Finding("batteries", verdict, told, "charge these robots", robots=low)
-    return Finding("batteries", Verdict.READY, found)
+    return Finding("batteries", GridVerdict.READY, found)
 
 
 def _where(seen: Seen, holds: Callable[[Health], bool]) -> tuple[Module, ...]:
