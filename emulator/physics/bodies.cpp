@@ -31,7 +31,7 @@ std::vector<Object> objects_of(const std::vector<PlacedObject> &placed) {
 }  // namespace
 
 Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
-               Cycles begin, const std::vector<Pose> &poses, double reach_m, SolverKind solver,
+               Cycles begin, const std::vector<Pose> &poses, double reach_m,
                const std::vector<PlacedObject> &objects)
     : arena_(arena),
       radius_m_(profile.radius_m),
@@ -44,8 +44,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       unlisted_for_(whole_steps(
           (std::max(reach_m, contact_reach_m()) - contact_reach_m()) / (2 * fastest_m_s_), step)),
       objects_(objects_of(objects)),
-      contacts_(arena, profile, solver, chassis_.fastest_m_s(), fastest_m_s_, poses.size(),
-                objects_),
+      contacts_(arena, profile, chassis_.fastest_m_s(), fastest_m_s_, poses.size(), objects_),
       lists_(std::max(reach_m, contact_reach_m()),
              std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
       lists_due_(begin),

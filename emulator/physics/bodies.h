@@ -38,7 +38,7 @@ class Bodies {
     /// cycles, 1, 2 or 4 ticks. Neighbour lists reach `reach_m` at least, and never less than a
     /// contact does. `arena` and `chance` must outlive this.
     Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
-           Cycles begin, const std::vector<Pose> &poses, double reach_m, SolverKind solver,
+           Cycles begin, const std::vector<Pose> &poses, double reach_m,
            const std::vector<PlacedObject> &objects = {});
 
     /// Orders duties of a robot's motors from `command.at` on. Calls come in order of time for each

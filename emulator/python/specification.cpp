@@ -49,13 +49,6 @@ Region region_of(Table &from) {
             {from["width_m"].as<double>(), from["height_m"].as<double>()}};
 }
 
-/// `engine.contact_solver` by name.
-SolverKind solver_of(const std::string &name) {
-    if (name == "box2d") return SolverKind::BOX2D;
-    if (name == "discs") return SolverKind::DISCS;
-    throw EngineError("the solver of contacts is box2d or discs, not " + name);
-}
-
 // The table `profile`: the robot's body, and what [motion] says of it.
 Profile profile_of(Table from) {
     const Profile profile = {.radius_m = from["radius_m"],
@@ -397,7 +390,6 @@ SimulationDef definition_of(const nb::dict &from) {
     spec.read("seed", def.seed);
     spec.read("step_ticks", def.step_ticks);
     def.profile = profile_of(spec["profile"].table());
-    def.solver = solver_of(spec["contact_solver"]);
     // None: the run lacks the thing. All other keys have a value.
     if (!spec["floor"].is_none()) def.floor = floor_of(spec["floor"].table());
     def.arena = arena_of(spec, WALLS_MATTER * def.profile.radius_m +

@@ -184,7 +184,7 @@ void Simulation::create_bodies(const std::vector<Pose> &poses,
     const double hides_m = !def_.kilobot_medium && def_.line_of_sight ? radius : 0;
     const double senses_m = def_.floor ? 2 * radius + def_.floor->obstacle_m : 0;
     bodies_.emplace(def_.arena, def_.profile, chance_, step_, start_, poses,
-                    std::max(reach_m + hides_m, senses_m), def_.solver, objects);
+                    std::max(reach_m + hides_m, senses_m), objects);
     floor_.emplace(def_.floor, run_at_, step_, def_.arena, radius, *bodies_);
 }
 

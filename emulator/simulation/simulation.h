@@ -69,7 +69,6 @@ struct SimulationDef {
     uint32_t step_ticks;  ///< 1, 2 or 4
     Arena arena;
     Profile profile;
-    SolverKind solver;
     std::optional<VirtualFloor::Settings> floor;
     double range_m;                                          ///< of the ideal medium
     bool line_of_sight;                                      ///< of the ideal medium
@@ -81,7 +80,7 @@ struct SimulationDef {
     int16_t temperature;        ///< reading
     double clock_spread;        ///< sd of the robots' oscillators, share
     double sensitivity_spread;  ///< sd of the robots' receivers, share
-    std::vector<ObjectDef> objects = {};  ///< need the solver BOX2D
+    std::vector<ObjectDef> objects = {};
     std::vector<BeaconDef> beacons = {};  ///< of these objects
     std::vector<Group> groups;
     std::vector<LabRobot>

@@ -93,9 +93,8 @@ TARGETS = [
             "box2d_solver.cpp": _TOUCHING,
             "closed_form.cpp": _TOUCHING,
             "contacts.cpp": f"{_TOUCHING} grouping",
-            "disc_solver.cpp": f"disc_solver {_TOUCHING}",
             "grouping.cpp": f"grouping {_TOUCHING}",
-            "mechanics.cpp": f"mechanics {_TOUCHING} disc_solver",
+            "mechanics.cpp": f"mechanics {_TOUCHING}",
         },
     ),
     *_python(

@@ -87,7 +87,6 @@ inline SimulationDef definition(const Arena &arena) {
             .step_ticks = 2,
             .arena = arena,
             .profile = foot_bot(),
-            .solver = SolverKind::BOX2D,
             .floor = {},
             .range_m = 0.8,
             .line_of_sight = true,

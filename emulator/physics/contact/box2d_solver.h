@@ -1,4 +1,4 @@
-/// The contact solver: hands islands to Box2D 3, all of a step in one Box2D step.
+/// The contact solver: hands islands (islands.h) to Box2D 3, all of a step in one Box2D step.
 ///
 /// The only file that knows Box2D's types is box2d_solver.cpp. One robot radius is 0.1 of its
 /// length units in every profile, because its tolerances are fixed in units: it finds a contact
@@ -11,26 +11,33 @@
 #include <string>
 
 #include "physics/arena.h"
-#include "physics/contact/contact_solver.h"
+#include "physics/contact/islands.h"
 
 namespace kilotwin {
 
-class Box2DSolver final : public ContactSolver {
+class Box2DSolver {
   public:
+    /// ORACLE is for tests: many times slower, and as exact as Box2D can be.
     enum class Accuracy : uint8_t { NORMAL, ORACLE };
 
     /// `robots`: their number; `objects` are read here only, `arena` must live on. A round wall has
     /// 720 straight segments.
     Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots,
                 const std::vector<Object> &objects, Accuracy accuracy);
-    ~Box2DSolver() override;
+    ~Box2DSolver();
 
+    /// Moves all bodies for `step_s`, a whole number of ticks: sets `moved` and the velocities.
+    /// To be called once a world step, also without bodies: what is known of a body is kept as long
+    /// as that body is in each call. Equal input, in equal order, gives equal bits.
+    ///
     /// NORMAL: one Box2D step for all islands, of 1.25 sub-steps a tick, and up to 3 when robots
     /// that overlap do so by more than 0.4 % of a diameter on average, or may touch an object;
     /// several steps where they would close by more than Box2D looks ahead.
     /// ORACLE: as the drives' law is written, tick by tick, 16 sub-steps each.
-    void solve(Islands &islands, double step_s) override;
-    void forget(uint32_t robot) override;
+    void solve(Islands &islands, double step_s);
+
+    /// Drops what is known of a robot that is elsewhere now.
+    void forget(uint32_t robot);
 
   private:
     void step_once(Islands &islands, double step_s);

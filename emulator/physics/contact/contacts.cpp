@@ -2,39 +2,19 @@
 
 #include <algorithm>
 
-#include "base/errors.h"
 #include "base/selection.h"
-#include "physics/contact/box2d_solver.h"
-#include "physics/contact/disc_solver.h"
 
 namespace kilotwin {
 
-namespace {
-
-std::unique_ptr<ContactSolver> make_solver(SolverKind kind, const Arena &arena,
-                                           const Mechanics &mechanics, size_t robots,
-                                           const std::vector<Object> &objects) {
-    using Accuracy = Box2DSolver::Accuracy;
-    if (kind == SolverKind::DISCS) {
-        if (!objects.empty())
-            throw EngineError(
-                "the disc solver knows no objects; set engine.contact_solver to box2d");
-        return std::make_unique<DiscSolver>(arena, mechanics);
-    }
-    const auto accuracy = kind == SolverKind::BOX2D ? Accuracy::NORMAL : Accuracy::ORACLE;
-    return std::make_unique<Box2DSolver>(arena, mechanics, robots, objects, accuracy);
-}
-
-}  // namespace
-
-Contacts::Contacts(const Arena &arena, const Profile &profile, SolverKind solver, double drive_m_s,
-                   double fastest_m_s, size_t robots, const std::vector<Object> &objects)
+Contacts::Contacts(const Arena &arena, const Profile &profile, double drive_m_s, double fastest_m_s,
+                   size_t robots, const std::vector<Object> &objects,
+                   Box2DSolver::Accuracy accuracy)
     : driven_(robots),
       held_(robots, false),
       gives_way_(profile.gives_way),
       closed_form_{{profile.radius_m, profile.mass_kg, profile.push_m_s2, drive_m_s, fastest_m_s}},
       grouping_(arena, profile.radius_m),
-      solver_(make_solver(solver, arena, closed_form_.mechanics, robots, objects)) {}
+      solver_(arena, closed_form_.mechanics, robots, objects, accuracy) {}
 
 // It goes on as its trajectory did: turned from the robot's frame into the world's.
 void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
@@ -52,7 +32,7 @@ void Contacts::forget(uint32_t robot) {
     if (!held_[robot]) return;
     remove(robot);
     update();
-    solver_->forget(robot);
+    solver_.forget(robot);
 }
 
 // Sorted, so that results do not depend on the order in which robots came near something.
@@ -104,11 +84,11 @@ void Contacts::step_islands(std::vector<ContactBody> &bodies, const std::vector<
     for (const auto &[one, other, distance_m] : pairs)
         if (bodies[one].kind == Kind::ISLAND)
             islands_.pairs.push_back({bodies[one].member, bodies[other].member});
-    solver_->solve(islands_, step_s);
+    solver_.solve(islands_, step_s);
     island_steps_ += islands_.bodies.size();
 }
 
-/// The body takes part in an island; which one, the solver finds from the pairs.
+/// The body takes part in an island; which one, Box2D finds from the pairs.
 void Contacts::add_to_islands(size_t i, ContactBody &body) {
     body.member = static_cast<uint32_t>(islands_.bodies.size());
     body.moved = {};

@@ -55,10 +55,7 @@ struct alignas(64) DrivenBody {
     /// nothing touches.
     void drive(const Shift &now_wanted, const Mechanics::Change &force);
 
-    /// The same towards the present `wanted`.
-    void drive_on(const Mechanics::Change &force);
-
-    // The same in another form, for solvers that integrate over a long step: drive() in each of its
+    // The same in another form, for a solver that integrates over a long step: drive() in each of its
     // ticks is a force in proportion to what is missing, up to a limit.
 
     /// Makes `now_wanted` the wanted velocity, and adds what the program changed since the last
@@ -72,6 +69,10 @@ struct alignas(64) DrivenBody {
     };
     /// At most `most_per_s`, and no more than the drive's force allows.
     Rates rates(const Mechanics &mechanics, double most_per_s) const;
+
+  private:
+    /// Drives towards `wanted`, with a change of velocity of `most`.
+    void drive_on(const Mechanics::Change &most);
 };
 
 }  // namespace kilotwin

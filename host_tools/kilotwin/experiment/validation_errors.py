@@ -35,6 +35,9 @@ _EXAMPLES = {
     "arena": "[arena] with diameter_m = 19.2",
     "swarm": "[swarm] with profile, program and size",
 }
+_GONE = {
+    ("engine", "contact_solver"): "Box2D solves every contact now; leave the key out",
+}
 
 
 def input_error(
@@ -95,6 +98,8 @@ def _describe(problem: dict[str, Any], path: KeyPath, schema: type[BaseModel]) -
 
 
 def _unknown_key(path: KeyPath, schema: type[BaseModel]) -> str:
+    if path in _GONE:
+        return f"{dotted(path)} is gone: {_GONE[path]}"
     annotation, _ = _field_at(path[:-1], schema)
     model = bare(annotation)
     known = keys_of(model) if is_section(model) else []

@@ -36,13 +36,12 @@ Samples run(Scene &scene, int64_t duration_ticks, uint32_t sample_ticks = 8) {
 size_t last_row(const Samples &samples) { return samples.tick.size() - 1; }
 
 /// The same scene with every robot in Box2D at every step, at 16 sub-steps a tick: what the engine
-/// has to agree with, whatever solves its islands. Robots drive from the beginning on as `drives`
-/// says.
+/// has to agree with. Robots drive from the beginning on as `drives` says.
 std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
                                const std::vector<Drive> &drives, int64_t duration_ticks) {
     const double speed = scene.def.profile.speed_m_s;
-    Contacts contacts(scene.def.arena, scene.def.profile, SolverKind::BOX2D_ORACLE, speed,
-                      1.1 * speed, poses.size());
+    Contacts contacts(scene.def.arena, scene.def.profile, speed, 1.1 * speed, poses.size(), {},
+                      Box2DSolver::Accuracy::ORACLE);
     const double step_s = scene.def.step_ticks * TICK_S;
     auto free = [&](size_t i) {
         return Shift{direction(poses[i].heading) * drives[i].velocity.x() * step_s,
@@ -69,11 +68,10 @@ std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
 
 /// Compares a run of puppets with the all-in-Box2D run, at the end of each of ten parts. Returns
 /// the largest difference in place.
-double difference(const Arena &arena, const std::vector<Pose> &poses,
-                  const std::vector<Drive> &drives, int64_t duration_ticks, SolverKind solver) {
+double worst_difference(const std::string &what, const Arena &arena, const std::vector<Pose> &poses,
+                        const std::vector<Drive> &drives, int64_t duration_ticks) {
     Scene scene(arena);
     scene.def.step_ticks = 1;
-    scene.def.solver = solver;
     scene.add("puppet", poses);
     for (uint32_t i = 0; i < poses.size(); i++)
         if (!drives[i].at_rest()) scene.motors(0, i, FULL, FULL);
@@ -85,21 +83,8 @@ double difference(const Arena &arena, const std::vector<Pose> &poses,
             worst =
                 std::max(worst, (pose_of(samples, i, row).position - expected[i].position).norm());
     }
+    MESSAGE(what << ": " << 100 * worst / DIAMETER << " % of a diameter");
     return worst;
-}
-
-constexpr double DISCS_APART = 0.06;  // of a diameter: allowed where many meet one another
-
-/// The same of the solver that does worse, Box2D or discs, in proportion: discs may be apart by
-/// `discs` where Box2D may by 3.3 % of a diameter.
-double worst_difference(const std::string &what, const Arena &arena, const std::vector<Pose> &poses,
-                        const std::vector<Drive> &drives, int64_t duration_ticks,
-                        double discs_apart = 0.033) {
-    const double box2d = difference(arena, poses, drives, duration_ticks, SolverKind::BOX2D);
-    const double discs = difference(arena, poses, drives, duration_ticks, SolverKind::DISCS);
-    MESSAGE(what << ": Box2D " << 100 * box2d / DIAMETER << " %, discs " << 100 * discs / DIAMETER
-                 << " % of a diameter");
-    return std::max(box2d, discs * 0.033 / discs_apart);
 }
 
 const Drive FORWARD = {{0.1, 0}, 0};
@@ -345,7 +330,7 @@ TEST_CASE("a chain of ten agrees with a run that has all robots in Box2D") {
         if (i >= 5) poses[i].heading = PI;
         drives[i] = FORWARD;
     }
-    worst = worst_difference("five against five", square_hall(10), poses, drives, 400, DISCS_APART);
+    worst = worst_difference("five against five", square_hall(10), poses, drives, 400);
     CHECK(worst < 0.033 * DIAMETER);
 }
 
@@ -361,8 +346,7 @@ TEST_CASE("a resting pile that others drive into agrees with a run that has all 
         poses.push_back({{-0.5, 0.05 + 0.2 * i}, 0});
         drives.push_back(FORWARD);
     }
-    double worst =
-        worst_difference("resting pile", square_hall(10), poses, drives, 300, DISCS_APART);
+    double worst = worst_difference("resting pile", square_hall(10), poses, drives, 300);
     CHECK(worst < 0.033 * DIAMETER);
 }
 
@@ -375,25 +359,22 @@ TEST_CASE("two that meet aslant and one that slides along a wall go as in a run 
 
 TEST_CASE("a robot that leaves an island and joins one again elsewhere goes on from there") {
     using Kind = ContactBody::Kind;
-    for (SolverKind solver : {SolverKind::DISCS, SolverKind::BOX2D}) {
-        CAPTURE(static_cast<int>(solver));
-        const Scene scene(square_hall(10));
-        Contacts contacts(scene.def.arena, scene.def.profile, solver, 0.1, 0.11, 3);
-        for (uint32_t i = 0; i < 3; i++) contacts.add(i, Trajectory(0, Pose()), 0);
-        contacts.update();
-        auto step = [&](double y, double spacing, Kind kind) {
-            std::vector<ContactBody> bodies(3);
-            for (int i = 0; i < 3; i++) {
-                bodies[i].pose.position = {spacing * i, y};
-                bodies[i].kind = kind;
-            }
-            contacts.step(bodies, {{0, 1, spacing}, {1, 2, spacing}}, {}, 2 * TICK_S);
-            return bodies[2].moved.by.x() - bodies[0].moved.by.x();
-        };
-        CHECK(std::abs(step(0, 1.1 * DIAMETER, Kind::ISLAND)) < 1e-6);
-        CHECK(std::abs(step(1, 1.1 * DIAMETER, Kind::NONE)) < 1e-6);
-        CHECK(step(2, 0.95 * DIAMETER, Kind::ISLAND) > 1e-3);  // they overlap, and part
-    }
+    const Scene scene(square_hall(10));
+    Contacts contacts(scene.def.arena, scene.def.profile, 0.1, 0.11, 3);
+    for (uint32_t i = 0; i < 3; i++) contacts.add(i, Trajectory(0, Pose()), 0);
+    contacts.update();
+    auto step = [&](double y, double spacing, Kind kind) {
+        std::vector<ContactBody> bodies(3);
+        for (int i = 0; i < 3; i++) {
+            bodies[i].pose.position = {spacing * i, y};
+            bodies[i].kind = kind;
+        }
+        contacts.step(bodies, {{0, 1, spacing}, {1, 2, spacing}}, {}, 2 * TICK_S);
+        return bodies[2].moved.by.x() - bodies[0].moved.by.x();
+    };
+    CHECK(std::abs(step(0, 1.1 * DIAMETER, Kind::ISLAND)) < 1e-6);
+    CHECK(std::abs(step(1, 1.1 * DIAMETER, Kind::NONE)) < 1e-6);
+    CHECK(step(2, 0.95 * DIAMETER, Kind::ISLAND) > 1e-3);  // they overlap, and part
 }
 
 TEST_CASE("robots in a corner agree with a run that has all robots in Box2D") {

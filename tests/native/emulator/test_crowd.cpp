@@ -17,9 +17,8 @@ namespace {
 
 /// 100 robots that drive straight to `spot` for 300 s, with all their force.
 void drive_into(const std::string &name, const Arena &arena, const Eigen::Vector2d &spot,
-                uint32_t step_ticks, SolverKind solver = SolverKind::BOX2D) {
+                uint32_t step_ticks) {
     Scene scene(arena, 3);
-    scene.def.solver = solver;
     scene.def.step_ticks = step_ticks;
     scene.add_anywhere("puppet", 100);
     Samples start = Simulation(scene.def).snapshot();
@@ -70,55 +69,20 @@ TEST_CASE("a hundred robots driven against one spot of a round wall overlap by l
     drive_into("round wall", round_hall(8), {4, 0}, 2);
 }
 
-TEST_CASE("a hundred robots that the disc solver moves overlap by little") {
-    drive_into("middle, discs", round_hall(8), {0, 0}, 4, SolverKind::DISCS);
-    drive_into("corner, discs", square_hall(6), {3, 3}, 2, SolverKind::DISCS);
-}
-
-TEST_CASE("to the disc solver a crowd is the same bit for bit, whoever crowds elsewhere") {
-    std::vector<Pose> here, everywhere;
-    for (int i = 0; i < 12; i++)
-        here.push_back({{-2 + 0.19 * (i % 4), -2 + 0.19 * std::floor(i / 4)}, 0.5 * i});
-    // Numbers of those here are as before; those elsewhere have the next ones.
-    everywhere = here;
-    for (const Pose &pose : here)
-        everywhere.push_back({pose.position + Eigen::Vector2d(3.001, 3), pose.heading + 0.3});
-    std::vector<Samples> ends;
-    for (const auto &poses : {here, everywhere}) {
-        Scene scene(square_hall(6));
-        scene.def.solver = SolverKind::DISCS;
-        scene.add("puppet", poses);
-        scene.tell_all(0, message(MOTORS, {FULL, FULL}));
-        Simulation simulation(scene.def);
-        simulation.advance(200);
-        CHECK(simulation.statistics().overlaps.contacts() > 0);
-        ends.push_back(simulation.snapshot());
-    }
-    for (uint32_t i = 0; i < here.size(); i++) {
-        const Pose alone = pose_of(ends[0], i), one_of_many = pose_of(ends[1], i);
-        CHECK(alone.position == one_of_many.position);
-        CHECK(alone.heading == one_of_many.heading);
-    }
-}
-
 TEST_CASE("robots that do not give way stay where they are, however many drive against them") {
-    for (SolverKind solver : {SolverKind::DISCS, SolverKind::BOX2D}) {
-        CAPTURE(static_cast<int>(solver));
-        Scene scene(square_hall(6));
-        scene.def.solver = solver;
-        scene.def.profile.gives_way = false;
-        std::vector<Pose> poses = {{{0, 0}, 1}, {{0, 0.18}, 2}};
-        for (int i = -1; i <= 1; i++) poses.push_back({{-0.4, 0.09 + 0.2 * i}, 0});
-        scene.add("puppet", poses);
-        for (uint32_t i = 2; i < poses.size(); i++) scene.motors(0, i, FULL, FULL);
-        Simulation simulation(scene.def);
-        simulation.advance(400);
-        const auto end = simulation.snapshot();
-        for (uint32_t i = 0; i < 2; i++)
-            CHECK((pose_of(end, i).position - poses[i].position).norm() < 1e-7);
-        for (uint32_t i = 2; i < poses.size(); i++) CHECK(pose_of(end, i).position.x() > -0.25);
-        CHECK(simulation.statistics().overlaps.worst() < 0.05);
-    }
+    Scene scene(square_hall(6));
+    scene.def.profile.gives_way = false;
+    std::vector<Pose> poses = {{{0, 0}, 1}, {{0, 0.18}, 2}};
+    for (int i = -1; i <= 1; i++) poses.push_back({{-0.4, 0.09 + 0.2 * i}, 0});
+    scene.add("puppet", poses);
+    for (uint32_t i = 2; i < poses.size(); i++) scene.motors(0, i, FULL, FULL);
+    Simulation simulation(scene.def);
+    simulation.advance(400);
+    const auto end = simulation.snapshot();
+    for (uint32_t i = 0; i < 2; i++)
+        CHECK((pose_of(end, i).position - poses[i].position).norm() < 1e-7);
+    for (uint32_t i = 2; i < poses.size(); i++) CHECK(pose_of(end, i).position.x() > -0.25);
+    CHECK(simulation.statistics().overlaps.worst() < 0.05);
 }
 
 }  // namespace test_crowd

@@ -166,7 +166,7 @@ TEST_CASE("each of as many kinds of stations as can be numbered speaks for its o
     constexpr uint32_t OTHERS = 256 - 2;  // robots as guests and light from above are there
     const Arena arena = square_hall(1);
     const Chance chance(1);
-    Bodies bodies(arena, small_robot(), chance, ticks(1), 0, {}, 0.1, SolverKind::BOX2D);
+    Bodies bodies(arena, small_robot(), chance, ticks(1), 0, {}, 0.1);
     Swarm<Robot> robots;
     std::vector<Emission> emissions;
     KilobotChannel channel(infrared_settings(), {chance, robots, bodies, emissions, ticks(1), true},

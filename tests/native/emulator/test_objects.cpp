@@ -309,10 +309,4 @@ TEST_CASE("objects and robots placed by chance overlap neither one another nor w
     }
 }
 
-TEST_CASE("the disc solver refuses objects") {
-    Scene scene = pushers(1, false, 1, 1);
-    scene.def.solver = SolverKind::DISCS;
-    CHECK_THROWS_AS(Simulation{scene.def}, EngineError);
-}
-
 }  // namespace test_objects

@@ -180,6 +180,11 @@ def test_a_resolved_experiment_lists_every_key(load: Load) -> None:
     assert tables["medium"] == {"kind": "ideal", "range_m": 0.8}
 
 
+def test_a_run_folder_of_an_older_version_may_name_box2d_as_its_solver(load: Load) -> None:
+    old = load(f'{SMALL}\n[engine]\ncontact_solver = "box2d"\n')
+    assert old.resolved() == load().resolved()
+
+
 def test_comments_and_order_do_not_change_the_identity(load: Load) -> None:
     plain = load().identity()
     assert load(f"# a comment\n{SMALL}\n[record]\nsample_s = 10\n").identity() == plain

@@ -19,9 +19,6 @@ _SET_M = 0.0001  # so much may poses overlap, which are rounded numbers
 
 def object_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     """Most basic first; arena and obstacles are right."""
-    if experiment.object and experiment.engine.contact_solver == "discs":
-        what = 'that solver knows discs only, and no objects; set it to "box2d"'
-        yield Problem(what, (("engine", "contact_solver"), ("object", 0)))
     for index, thing in enumerate(experiment.object):
         path: KeyPath = ("object", index)
         yield from shape_problems(path, thing)

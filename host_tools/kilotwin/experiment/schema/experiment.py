@@ -335,11 +335,17 @@ class Engine(Section):
 
     step_ticks: Literal[1, 2, 4]
     """The world's step, in ticks of 32.768 ms."""
-    contact_solver: Literal["box2d", "discs"] = "box2d"
-    """Solver of three and more robots in contact: Box2D, or one that knows discs only."""
     avr_core: Literal["translated", "interpreted"] = "translated"
     """How an ATmega328P's code is executed: translated to this computer's if it has a C compiler,
     or interpreted; the result is the same."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_box2d(cls, raw: Any) -> Any:
+        """Leaves out `contact_solver = "box2d"`, which run folders of 1.0 and older have."""
+        if isinstance(raw, dict) and raw.get("contact_solver") == "box2d":
+            return {key: value for key, value in raw.items() if key != "contact_solver"}
+        return raw
 
 
 def _light_at_walls(raw: dict[str, Any], blocks: bool) -> dict[str, Any]:

@@ -59,7 +59,6 @@ def engine_spec(
     return {
         "seed": keys.seed,
         "step_ticks": keys.engine.step_ticks,
-        "contact_solver": keys.engine.contact_solver,
         "arena": {**_shape(keys.arena), "blocks_light": bool(keys.arena.blocks_light)},
         "sites": [{**_shape(site), "centre_m": _centre(site)} for site in keys.site],
         "obstacles": [

@@ -1,9 +1,8 @@
-/// The interface of contact solvers: they move islands of three bodies and more, one world step at
-/// a time. Single contacts do not come here (closed_form.h).
-///
-/// Implementations: disc_solver.h, the default, and box2d_solver.h. Lengths in metres.
-#ifndef KILOTWIN_PHYSICS_CONTACT_CONTACT_SOLVER_H
-#define KILOTWIN_PHYSICS_CONTACT_CONTACT_SOLVER_H
+/// Islands: groups of bodies that may touch several others within a world step, or a wall besides.
+/// Box2D moves them (box2d_solver.h); single contacts have a closed form (closed_form.h). Lengths
+/// in metres.
+#ifndef KILOTWIN_PHYSICS_CONTACT_ISLANDS_H
+#define KILOTWIN_PHYSICS_CONTACT_ISLANDS_H
 
 #include <cstdint>
 #include <vector>
@@ -14,10 +13,7 @@
 
 namespace kilotwin {
 
-/// BOX2D_ORACLE is for tests: many times slower, and as exact as Box2D can be.
-enum class SolverKind : uint8_t { BOX2D, BOX2D_ORACLE, DISCS };
-
-/// All islands of one step: bodies that may touch several others, or a wall besides.
+/// All islands of one step.
 struct Islands {
     struct Body {
         uint32_t robot;     ///< index
@@ -40,20 +36,6 @@ struct Islands {
     std::vector<Body> bodies;           ///< ascending by robot
     std::vector<Pair> pairs;            ///< of `bodies`, ascending
     std::vector<PushedObject> objects;  ///< ascending by object
-};
-
-class ContactSolver {
-  public:
-    virtual ~ContactSolver() = default;
-
-    /// Moves all bodies for `step_s`, a whole number of ticks: sets `moved` and the velocities.
-    /// Called once a world step by Contacts, also without bodies: a solver may keep what it knows
-    /// of a body only as long as that body is in each call. Deterministic: equal input, in equal
-    /// order, gives equal bits.
-    virtual void solve(Islands &islands, double step_s) = 0;
-
-    /// A robot is elsewhere now: what is known of it does not hold.
-    virtual void forget(uint32_t /*robot*/) {}
 };
 
 }  // namespace kilotwin
