@@ -27,8 +27,8 @@
 #include "avr/call_watch.h"
 #include "avr/chip/flash_image.h"
 #include "base/chance.h"
-#include "guest/robot.h"
 #include "infrared/infrared_pulses.h"
+#include "robots/robot.h"
 
 namespace kilotwin {
 

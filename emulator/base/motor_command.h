@@ -1,4 +1,4 @@
-/// A robot's motors as its program sets them. Made by guest/robot.h and by chips on boards, taken
+/// A robot's motors as its program sets them. Made by robots/robot.h and by chips on boards, taken
 /// by physics/bodies.h.
 #ifndef KILOTWIN_BASE_MOTOR_COMMAND_H
 #define KILOTWIN_BASE_MOTOR_COMMAND_H

@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "grid/grid.h"
-#include "guest/infrared_gains.h"
 #include "infrared/ideal_channel.h"
 #include "infrared/kilobot_channel.h"
 #include "infrared/station.h"
+#include "robots/infrared_gains.h"
 
 namespace kilotwin {
 

@@ -28,7 +28,7 @@
 #include "base/memory.h"
 #include "grid/can_bus.h"
 #include "grid/cells.h"
-#include "guest/module.h"
+#include "modules/module.h"
 
 namespace kilotwin {
 

@@ -14,8 +14,8 @@
 #include "base/chance.h"
 #include "base/clock.h"
 #include "base/prefetch.h"
-#include "guest/robot.h"
 #include "physics/bodies.h"
+#include "robots/robot.h"
 
 namespace kilotwin {
 

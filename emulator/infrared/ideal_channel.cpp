@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "guest/inbox.h"
 #include "infrared/station.h"
+#include "robots/inbox.h"
 
 namespace kilotwin {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/clock.h"
-#include "guest/robot.h"
+#include "robots/robot.h"
 
 namespace kilotwin {
 

@@ -11,8 +11,8 @@
 #include "base/memory.h"
 #include "base/normal_pairs.h"
 #include "base/prefetch.h"
-#include "guest/robot.h"
 #include "infrared/frames_in_flight.h"
+#include "robots/robot.h"
 
 namespace kilotwin {
 

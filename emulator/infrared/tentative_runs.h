@@ -15,7 +15,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "guest/robot.h"
+#include "robots/robot.h"
 
 namespace kilotwin {
 

@@ -11,7 +11,7 @@
 
 #include "aggregation/wire.h"
 #include "base/clock.h"
-#include "guest/robot.h"
+#include "robots/robot.h"
 
 namespace kilotwin {
 

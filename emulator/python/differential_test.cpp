@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "avr/differential_test.h"
-#include "guest/program.h"
 #include "python/specification.h"
+#include "robots/native/program.h"
 
 namespace nb = nanobind;
 

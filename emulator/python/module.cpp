@@ -4,7 +4,6 @@
 #include <nanobind/stl/string.h>
 
 #include "base/errors.h"
-#include "guest/abi.h"
 #include "physics/contact/box2d_solver.h"
 #include "python/bridge.h"
 #include "python/chance.h"
@@ -14,6 +13,7 @@
 #include "python/programmer.h"
 #include "python/simulation.h"
 #include "python/wire.h"
+#include "robots/native/abi.h"
 
 namespace nb = nanobind;
 using namespace kilotwin;

@@ -6,7 +6,7 @@
 #include "base/confinement.h"
 #include "base/parent_death.h"
 #include "base/reference_loop.h"
-#include "guest/stack.h"
+#include "robots/native/stack.h"
 
 namespace nb = nanobind;
 

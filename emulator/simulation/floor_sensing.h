@@ -11,10 +11,10 @@
 
 #include "aggregation/wire.h"
 #include "base/clock.h"
-#include "guest/robot.h"
 #include "infrared/virtual_floor.h"
 #include "physics/arena.h"
 #include "physics/bodies.h"
+#include "robots/robot.h"
 
 namespace kilotwin {
 

@@ -164,7 +164,7 @@ GOOD_TREE = {
     "firmware/aggregation/wire.h": "#include <stdbool.h>\n",
     "firmware/aggregation/pfsm.h": "#include <stdint.h>\n",
     "firmware/aggregation/pfsm.c": '#include "pfsm.h"\n#include <kilolib.h>\n#include <avr/io.h>\n',
-    "emulator/guest/include/avr/io.h": "#include <stdint.h>\n",
+    "emulator/robots/native/include/avr/io.h": "#include <stdint.h>\n",
     "emulator/physics/world.h": "#include <vector>\n",
     "emulator/physics/contact/box2d_solver.cpp": '#include "physics/world.h"\n'
     "#include <box2d/box2d.h>\n",

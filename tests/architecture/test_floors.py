@@ -11,7 +11,8 @@ from .tree import C_SUFFIXES, ROOT, includes, owners_of, plant, sources
 # contact/ are one: contact/ builds on arena and motion, and the world builds on contact/.
 FLOORS = (
     "emulator/base",
-    "emulator/guest",
+    "emulator/robots",
+    "emulator/modules",
     "emulator/physics",
     "emulator/infrared",
     "emulator/grid",

@@ -19,7 +19,7 @@ FOLDERS = ("firmware", "kilogrid_modules", "emulator", "host_tools/kilotwin")
 PACKAGE = "host_tools/kilotwin"
 ENGINE = "emulator/python"
 # Guests find the C library here; a robot's compiler has its own.
-C_LIBRARY = "emulator/guest/include"
+C_LIBRARY = "emulator/robots/native/include"
 MADE = "kilogrid_modules/protocol/kilogrid_can.h"  # by builds, elsewhere
 
 Table = dict[str, set[str]]

@@ -13,10 +13,10 @@
 #include <string.h>
 
 #ifdef INTERPRETER
-#include "guest/interpreter.h"
+#include "robots/translated/interpreter.h"
 #endif
 #include "draws.h"
-#include "guest/translated_code.h"
+#include "robots/translated/code.h"
 
 extern const translation_t translation;
 

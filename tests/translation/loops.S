@@ -1,5 +1,5 @@
-; Loops of which a translation leaves out turns (emulator/guest/translated_loops.h), one behind each
-; label, with the registers as they are found. A number of some bytes begins with its lowest one.
+; Loops of which a translation leaves out turns (emulator/robots/translated/passes/loops.h), one
+; behind each label, with the registers as they are found. A number of some bytes begins with its lowest one.
 
 .rept 52  ; in place of the interrupts' vectors
     break

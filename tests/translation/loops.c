@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "draws.h"
-#include "guest/translated_code.h"
+#include "robots/translated/code.h"
 
 extern const translation_t translation;
 

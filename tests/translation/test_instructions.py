@@ -160,7 +160,10 @@ def run(states: int, seed: int, each: int, folder: Path, *, interpreter: bool = 
     program = folder / "instructions"
     command = [find_compiler(), "-O1", "-w", f"-I{resources.path('emulator')}"]
     if interpreter:
-        command += ["-DINTERPRETER", str(resources.path("emulator/guest/interpreter.c"))]
+        command += [
+            "-DINTERPRETER",
+            str(resources.path("emulator/robots/translated/interpreter.c")),
+        ]
     command += ["-o", str(program), *map(str, [*sources, HARNESS]), "-lsimavr"]
     subprocess.run(command, check=True)
     addresses = "".join(f"{case.address:x}\n" for case in cases)

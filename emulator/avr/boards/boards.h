@@ -24,8 +24,8 @@
 #include "avr/boards/robot_board.h"
 #include "base/memory.h"
 #include "grid/grid.h"
-#include "guest/robot.h"
 #include "infrared/infrared_pulses.h"
+#include "robots/robot.h"
 
 namespace kilotwin {
 

@@ -21,8 +21,8 @@
 #include "avr/chip/watchdog_reset.h"
 #include "base/board_clock.h"
 #include "base/chance.h"
-#include "guest/module.h"
 #include "infrared/light_edges.h"
+#include "modules/module.h"
 
 namespace kilotwin {
 

@@ -20,8 +20,8 @@
 #include "base/board_clock.h"
 #include "base/chance.h"
 #include "base/clock.h"
-#include "guest/robot.h"
 #include "infrared/light_edges.h"
+#include "robots/robot.h"
 
 namespace kilotwin {
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "guest/translated_code.h"
+#include "robots/translated/code.h"
 
 namespace kilotwin {
 

@@ -23,7 +23,7 @@
 #include "base/clock.h"
 #include "base/errors.h"
 #include "base/registers.h"
-#include "guest/avr_calls.h"
+#include "robots/translated/avr_calls.h"
 
 namespace kilotwin {
 

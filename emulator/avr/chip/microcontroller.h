@@ -23,7 +23,7 @@
 #include "avr/chip/translated_core.h"
 #include "avr/chip/watchdog_reset.h"
 #include "base/events.h"
-#include "guest/eeprom.h"
+#include "robots/eeprom.h"
 
 struct avr_gdb_t;
 struct avr_t;

@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "avr/chip/flash_image.h"
-#include "guest/eeprom.h"
+#include "robots/eeprom.h"
 
 namespace kilotwin {
 

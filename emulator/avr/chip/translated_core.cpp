@@ -8,7 +8,7 @@
 
 #include "base/errors.h"
 #include "base/registers.h"
-#include "guest/guest_file.h"
+#include "robots/native/guest_file.h"
 
 namespace kilotwin {
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "guest/translated_code.h"
+#include "robots/translated/code.h"
 
 struct avr_t;
 

@@ -55,8 +55,8 @@ struct alignas(64) DrivenBody {
     /// nothing touches.
     void drive(const Shift &now_wanted, const Mechanics::Change &force);
 
-    // The same in another form, for a solver that integrates over a long step: drive() in each of its
-    // ticks is a force in proportion to what is missing, up to a limit.
+    // The same for a solver that integrates over a long step: drive() in each of its ticks is a
+    // force in proportion to what is missing, up to a limit.
 
     /// Makes `now_wanted` the wanted velocity, and adds what the program changed since the last
     /// call. Returns whether it changed anything.

@@ -8,7 +8,7 @@ from kilotwin.errors import KilotwinError
 _PACKAGE = Path(__file__).resolve().parents[1]
 _SOURCE_TREE = _PACKAGE.parents[1]
 
-_PARTS = ("firmware", "kilogrid_modules", "emulator/guest", "experiments")
+_PARTS = ("firmware", "kilogrid_modules", "emulator/robots", "experiments")
 
 
 def roots() -> list[Path]:

@@ -33,7 +33,7 @@ _BOOLEAN, _FLOAT, _SIGNED = 0x02, 0x04, {0x05, 0x06, 0x0D}
 # The thin half of the mock API, which is part of every guest.
 _OURS = {
     file.name
-    for folder in ("emulator/guest/side", "firmware/kilolib/core")
+    for folder in ("emulator/robots/native/side", "firmware/kilolib/core")
     for file in resources.path(folder).glob("*.c")
 }
 _FLOAT_FORMATS = {4: "<f", 8: "<d"}

@@ -20,7 +20,7 @@ _STUCK_S = 60
 # Between two calls of the engine a run may write tables, or wait for a metric's function.
 _BETWEEN_CALLS = 10
 
-_FIELDS = struct.Struct("=IIQI")  # BlackBox of emulator/guest/robot_record.h
+_FIELDS = struct.Struct("=IIQI")  # BlackBox of emulator/robots/record.h
 _PAGE_BYTES = 4096
 
 

@@ -8,8 +8,8 @@ function(kilotwin_add_guest target name program)
   cmake_path(ABSOLUTE_PATH program)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${program}/*.[ch])
   file(GLOB_RECURSE own CONFIGURE_DEPENDS
-    ${PROJECT_SOURCE_DIR}/emulator/guest/*.[ch] ${PROJECT_SOURCE_DIR}/emulator/guest/*.ld
-    ${PROJECT_SOURCE_DIR}/emulator/guest/*.map ${PROJECT_SOURCE_DIR}/firmware/kilolib/include/*.h
+    ${PROJECT_SOURCE_DIR}/emulator/robots/native/*.[ch] ${PROJECT_SOURCE_DIR}/emulator/robots/native/*.ld
+    ${PROJECT_SOURCE_DIR}/emulator/robots/native/*.map ${PROJECT_SOURCE_DIR}/firmware/kilolib/include/*.h
     ${PROJECT_SOURCE_DIR}/firmware/kilolib/core/*.[ch]
     ${PROJECT_SOURCE_DIR}/firmware/kilogrid/*.[ch]
     ${PROJECT_SOURCE_DIR}/kilogrid_modules/runtime/include/*.h

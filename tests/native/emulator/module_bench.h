@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "guest/module.h"
+#include "modules/module.h"
 #include "support.h"
 
 namespace kilotwin::testing {

@@ -1,4 +1,4 @@
-#include "guest/known_pass.h"
+#include "robots/translated/passes/known_pass.h"
 
 #include <doctest/doctest.h>
 

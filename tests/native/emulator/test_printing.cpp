@@ -2,7 +2,7 @@
 // a way of its own for each uid.
 #include <doctest/doctest.h>
 
-#include "guest/serial_line.h"
+#include "robots/native/serial_line.h"
 #include "support.h"
 
 using namespace kilotwin;

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "guest/translated_counters.h"
+#include "robots/translated/passes/counters.h"
 #include "support.h"
 
 using kilotwin::testing::Dice;

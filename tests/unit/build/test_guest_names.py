@@ -68,7 +68,7 @@ def words(text: str) -> set[str]:
 def names() -> list[str]:
     header = ROOT / "firmware/kilolib/include"
     api = set().union(*(words((header / name).read_text()) for name in API))
-    ours = [*header.glob("*.h"), *(ROOT / "emulator/guest").rglob("*.[ch]")]
+    ours = [*header.glob("*.h"), *(ROOT / "emulator/robots/native").rglob("*.[ch]")]
     mentioned = set().union(*(words(file.read_text()) for file in ours))
     for library in ("libc.so.6", "libm.so.6"):
         file = run("gcc", f"-print-file-name={library}").strip()

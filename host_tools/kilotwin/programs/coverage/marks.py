@@ -1,4 +1,4 @@
-"""Marks that a translation leaves of what has run in this process (COVER, translated_code.h)."""
+"""Marks that a translation leaves of what has run in this process (COVER, translated/code.h)."""
 
 import contextlib
 import ctypes

@@ -110,7 +110,7 @@ _INLINE_FLAGS = ["-fgnu89-inline"]
 # Labs write their helpers that way.
 _INLINE_FIRST = {"kilogrid", "module"}
 # Flags for a shared object in which nothing runs when it is loaded, as the engine wants it
-# (emulator/guest/guest_file.h).
+# (emulator/robots/native/guest_file.h).
 LINK_FLAGS = ["-shared", "-nostartfiles", "-Wl,-z,now", "-Wl,-z,defs", "-Wl,-z,noexecstack"]
 LINK_FLAGS += ["-Wl,--hash-style=sysv"]
 _SHARED_FLAGS = [*LINK_FLAGS, "-Wl,-Bsymbolic"]
@@ -212,12 +212,12 @@ class _Builder:
         self._program = program
         self._compiler = compiler
         self._version = version
-        self._guest = resources.path("emulator/guest")
+        self._guest = resources.path("emulator/robots/native")
         api = APIS[program.api]
         kind = "module" if program.api == "module" else "kilobot"
         self._side = [
             file
-            for file in resources.files("emulator/guest/side/*.c")
+            for file in resources.files("emulator/robots/native/side/*.c")
             if _SIDE_OF.get(file.name, kind) == kind
         ]
         core = resources.path("firmware/kilolib/core")

@@ -1,6 +1,7 @@
 """Guests that look for what the C standard leaves undefined while they run (--sanitize).
 
-By the checks of gcc and clang, whose findings the engine takes (emulator/guest/side/undefined.c).
+By the checks of gcc and clang, whose findings the engine takes
+(emulator/robots/native/side/undefined.c).
 An `int` has 32 bits here and 16 on the robot: `kilotwin port` looks for what that changes.
 """
 

@@ -143,7 +143,7 @@ def widths(program: Program) -> Iterator[Finding]:
     """Where an int of 16 bits loses what one of 32 keeps: avr-gcc warns, the PC's does not; and
     comparisons that only with 32 bits come out the same always."""
     flags = [flag for flag in program_flags(program) if flag != "-fstack-usage"]
-    avr_libc = f"-I{resources.path('emulator/guest/include')}"
+    avr_libc = f"-I{resources.path('emulator/robots/native/include')}"
     for source in program.sources:
         ours = _warnings([avr_gcc(), *flags, *_WIDTH_FLAGS], source)
         pc = [find_compiler(), avr_libc, *(flag for flag in flags if not flag.startswith("-mmcu"))]

@@ -2,11 +2,11 @@
 passes, and sums over them.
 
 A pass of the main loop that changes nothing else repeats, as long as all that it asks of such a
-variable comes out as before (emulator/guest/translated_counters.h). So for each load of a variable
-it is followed where its bytes go, over all ways that the code may take, until nothing reads them
-any more. They may be added to, go back to the variable, and be compared with constants: the numbers
-at which such a comparison changes are the variable's bounds. Where more is done with them, a pass
-that comes there is not known to repeat.
+variable comes out as before (emulator/robots/translated/passes/counters.h). So for each load of a
+variable it is followed where its bytes go, over all ways that the code may take, until nothing
+reads them any more. They may be added to, go back to the variable, and be compared with constants:
+the numbers at which such a comparison changes are the variable's bounds. Where more is done with
+them, a pass that comes there is not known to repeat.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set

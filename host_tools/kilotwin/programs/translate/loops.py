@@ -6,7 +6,7 @@ Three kinds are known, by their instructions: counters that go down to 0, as com
 the restoring divisions of libgcc and avr-libc, a bit of the quotient in each turn, which one
 division of this computer does at once; and shifts to the left until the highest bit is set, by
 which numbers become floats. Each is left out as far as cycles go before the next interrupt
-(emulator/guest/translated_loops.h).
+(emulator/robots/translated/passes/loops.h).
 """
 
 from collections.abc import Mapping

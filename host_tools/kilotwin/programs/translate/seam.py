@@ -1,7 +1,7 @@
 """Where the engine meets a robot's program that runs translated: addresses of its runtime's
 functions and variables, from the symbols of the linked image.
 
-What the engine does there is emulator/guest/translated_robot.h.
+What the engine does there is emulator/robots/translated/robot.h.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

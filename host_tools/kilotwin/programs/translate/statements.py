@@ -1,4 +1,4 @@
-"""Effects of an ATmega328P's instructions, as C by the macros of translated_code.h, and what it
+"""Effects of an ATmega328P's instructions, as C by the macros of translated/code.h, and what it
 costs."""
 
 from kilotwin.programs.translate.instructions import Instruction

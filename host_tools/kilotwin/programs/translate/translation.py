@@ -34,7 +34,8 @@ _FLAGS = [*_OPTIMISATION, "-w", "-fPIC", "-fvisibility=hidden"]
 _IDLE_PASSES = ["tree-dominator-opts", "thread-jumps", "if-conversion", "if-conversion2", "tree-ch"]
 _INCLUDE = "emulator"
 _HEADERS = [
-    f"{_INCLUDE}/guest/translated_{what}.h" for what in ("code", "counters", "loops", "pass")
+    f"{_INCLUDE}/robots/translated/{name}"
+    for name in ("code.h", "passes/counters.h", "passes/loops.h", "passes/pass.h")
 ]
 # Files beside this one that a translation depends on.
 _MAKERS = [

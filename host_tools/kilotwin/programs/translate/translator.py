@@ -9,7 +9,8 @@ translation cannot be entered the emulator interprets.
 
 With a seam it is a guest's: a block begins at each access to a register, so that its effect comes
 at its time; the begin of a function that is the engine's leaves the code, as do passes of the main
-loop (emulator/guest/translated_code.h). What of its runtime hardly ever runs is left out (seam.py).
+loop (emulator/robots/translated/code.h). What of its runtime hardly ever runs is left out
+(seam.py).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -51,7 +52,7 @@ _MOST_OF_THE_PROGRAM = 6000  # instructions of the region that a guest mostly is
 _SCRATCH = (0, *range(18, 28), 30, 31)  # registers that a function may change (avr-gcc)
 _HEAD = """\
 #define TRANSLATED_CODE
-#include "guest/translated_code.h"
+#include "robots/translated/code.h"
 """
 _GUEST_HEAD = "#define TRANSLATED_GUEST\n"
 _COUNTER_HEAD = "#define COUNTERS\n"

@@ -1,0 +1,123 @@
+#include "robots/translated/passes/known_pass.h"
+
+#include <algorithm>
+
+namespace kilotwin {
+
+namespace {
+
+constexpr unsigned MOST_BITS = 64;
+
+uint64_t mask_of(unsigned bits) {
+    return bits >= MOST_BITS ? UINT64_MAX : (uint64_t{1} << bits) - 1;
+}
+
+/// Ticks until a number that goes by `slope`, -1 to 1, comes to the other end of its `bits`.
+uint64_t until_wrap(uint64_t number, int slope, uint64_t mask) {
+    if (slope == 0) return UINT64_MAX;
+    const uint64_t way = slope > 0 ? mask - number : number;
+    return way == UINT64_MAX ? way : way + 1;
+}
+
+/// Ticks until a < b comes out differently, unless one of them wraps before.
+uint64_t until_crossing(uint64_t a, uint64_t b, int slope) {
+    if (slope > 0 && a < b) return b - a;
+    if (slope < 0 && a >= b) return a - b + 1;
+    return UINT64_MAX;
+}
+
+/// Two ticks at a time are looked at singly: nothing is passed over.
+constexpr uint64_t SINGLY = 1;
+
+}  // namespace
+
+uint64_t TickNumber::value(const uint8_t *data, uint32_t ticks) const {
+    uint64_t sum = constant + static_cast<uint64_t>(static_cast<int64_t>(slope)) * ticks;
+    for (const Term &term : terms) {
+        const uint64_t part = uint64_t{data[term.address]} << term.shift;
+        sum += term.sign > 0 ? part : ~part + 1;
+    }
+    return sum;
+}
+
+void TickNumber::add(const TickNumber &other, int sign) {
+    slope += sign * other.slope;
+    constant += sign > 0 ? other.constant : ~other.constant + 1;
+    for (Term term : other.terms) {
+        term.sign = static_cast<int8_t>(term.sign * sign);
+        terms.push_back(term);
+    }
+}
+
+uint64_t TickCondition::lasts(const uint8_t *data, uint32_t ticks) const {
+    const uint64_t mask = mask_of(bits);
+    uint64_t first = a.value(data, ticks) & mask;
+    if (kind == Kind::ZERO) {
+        if ((first == 0) != outcome) return 0;
+        if (a.slope == 0) return UINT64_MAX;
+        return first == 0 ? SINGLY : (a.slope > 0 ? mask - first + 1 : first);
+    }
+    if (kind == Kind::BIT) {
+        if (((first >> bit & 1) != 0) != outcome) return 0;
+        return until_wrap(first & mask_of(bit), a.slope, mask_of(bit));
+    }
+    uint64_t second = b.value(data, ticks) & mask;
+    if (kind == Kind::LESS_SIGNED) {
+        const uint64_t top = mask ^ mask >> 1;  // numbers with a sign, in order without one
+        first ^= top, second ^= top;
+    }
+    if ((first < second) != outcome) return 0;
+    return std::min({until_crossing(first, second, a.slope - b.slope),
+                     until_wrap(first, a.slope, mask), until_wrap(second, b.slope, mask)});
+}
+
+uint32_t Dependence::lasts(const uint8_t *data, uint32_t ticks) const {
+    for (const auto &[address, value] : equal)
+        if (data[address] != value) return 0;
+    uint64_t lasts = MOST_TICKS;
+    for (const TickCondition &condition : conditions)
+        lasts = std::min(lasts, condition.lasts(data, ticks));
+    return static_cast<uint32_t>(lasts);
+}
+
+bool Dependence::has(uint16_t address, unsigned bytes) const {
+    const auto is_there = [&](const auto &one) { return one.address - address + 0u < bytes; };
+    const auto asks = [&](const TickNumber &number) {
+        return std::any_of(number.terms.begin(), number.terms.end(), is_there);
+    };
+    return std::any_of(equal.begin(), equal.end(), is_there) ||
+           std::any_of(conditions.begin(), conditions.end(), [&](const auto &condition) {
+               return asks(condition.a) || asks(condition.b);
+           });
+}
+
+bool TickFollower::follows(const uint8_t *data, uint32_t ticks) const {
+    const uint64_t value = ticks + ahead;
+    for (unsigned byte = 0; byte < bytes; byte++)
+        if (data[address + byte] != static_cast<uint8_t>(value >> 8 * byte)) return false;
+    return true;
+}
+
+void KnownPass::add_to_work(const Dependence &more) {
+    const auto has = [](const auto &all, const auto &one) {
+        return std::find(all.begin(), all.end(), one) != all.end();
+    };
+    for (const Dependence::Equal &one : more.equal)
+        if (!has(rest.equal, one) && !has(work.equal, one)) work.equal.push_back(one);
+    for (const TickCondition &one : more.conditions) {
+        TickCondition before = one;  // the same of the tick before
+        for (TickNumber *number : {&before.a, &before.b})
+            number->constant += static_cast<uint64_t>(static_cast<int64_t>(number->slope));
+        const bool is_said = has(rest.conditions, one) || has(rest.conditions, before);
+        if (!is_said && !has(work.conditions, one)) work.conditions.push_back(one);
+    }
+}
+
+uint32_t KnownPass::lasts(const uint8_t *data, uint32_t ticks) const {
+    for (const TickFollower &follower : followers)
+        if (!follower.follows(data, ticks)) return 0;
+    const uint32_t lasts = rest.lasts(data, ticks);
+    return lasts <= 1 ? lasts : std::min(lasts, 1 + work.lasts(data, ticks + 1));
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,165 @@
+// Ticks that are left out, since passes of the main loop change nothing in them (known_pass.h).
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+
+#include "robots/translated/passes/pass_tracer.h"
+#include "robots/translated/robot.h"
+
+namespace kilotwin {
+
+using namespace atmega328p;
+
+namespace {
+
+constexpr int MOST_PAUSE = 255;
+constexpr uint8_t LOOKS_FOR_FOLLOWERS = 4;
+
+}  // namespace
+
+/// The pass that begins, if it is known, and for how many ticks; one that goes on over this tick
+/// before one that does not.
+const KnownPass *Robot::Translated::find_known_pass(uint32_t &lasts) const {
+    const uint16_t stack = word(SPL);
+    const auto now = static_cast<uint8_t>(flags[6] << 6 | flags[7] << 7);
+    const uint32_t ticks = ticks_now();
+    const KnownPass *found = nullptr;
+    lasts = 0;
+    for (const KnownPass &one : robot_.program_->known_passes.passes.all) {
+        if (one.pc != pc || one.stack != stack || one.status != now) continue;
+        const uint32_t so_long = one.lasts(data, ticks);
+        if (so_long <= lasts) continue;
+        lasts = so_long;
+        found = &one;
+        if (lasts > 1) break;
+    }
+    return found;
+}
+
+/// A pass of the main loop begins: whether it is one that is known, and how long that goes on.
+/// Where passes change something in each tick, it looks ever more seldom.
+bool Robot::Translated::recall() {
+    if (at(seam_.robot) != ROBOT_RUNNING) return false;
+    auto &known = robot_.program_->known_passes;
+    known.looks++;
+    uint32_t lasts = 0;
+    const KnownPass *found = find_known_pass(lasts);
+    const bool may_follow = lasts == 1 && found->looks_for_followers < LOOKS_FOR_FOLLOWERS;
+    if ((found == nullptr || may_follow) && lets_interrupts() && known.may_trace_pass()) {
+        known.traces++;
+        auto traced = known_pass_of(code_, *this);
+        if (traced && (found == nullptr || !traced->followers.empty()))
+            known.passes.keep(std::move(*traced));
+        else if (found != nullptr)
+            found->looks_for_followers++;
+        found = find_known_pass(lasts);
+    }
+    // One that ends with this tick leaves nothing out, and looking for it costs as much.
+    const int pause = lasts > 1 ? 0 : 2 * image_.recall_pause + 1;
+    image_.recall_pause = static_cast<uint16_t>(std::min(pause, MOST_PAUSE));
+    recalls_in = image_.recall_pause;
+    if (found == nullptr) return false;
+    image_.pass_cycles = found->cycles;
+    image_.rest = rest_of(*found);
+    image_.rest.ends = ticks_now() + lasts;
+    if (lasts > 1) recall_ask(*found, lasts);
+    return true;
+}
+
+/// The part of a pass that is kept while it goes on.
+TickRest Robot::Translated::rest_of(const KnownPass &known) {
+    TickRest rest = {};
+    rest.work_cycles =
+        static_cast<uint16_t>(known.followers.empty() ? known.cycles : known.work_cycles);
+    rest.reads_from = static_cast<uint16_t>(known.reads_from);
+    rest.reads_to = static_cast<uint16_t>(known.reads_to);
+    const size_t torn = std::min(known.torn.size(), std::size(rest.torn));
+    std::copy_n(known.torn.begin(), torn, rest.torn);
+    rest.is_whole = known.reads_from == known.reads_to ||
+                    (torn > 0 && rest.torn[torn - 1].to == known.reads_to);
+    for (size_t i = 0; i < known.followers.size(); i++)
+        rest.followers[i] = {known.followers[i].address, known.followers[i].bytes};
+    return rest;
+}
+
+/// While the pass goes on the program may be asked for a message each time, and have none. Of a
+/// medium that has to be asked before, nothing is known.
+void Robot::Translated::recall_ask(const KnownPass &found, uint32_t lasts) {
+    if (robot_.arbitrated_ || robot_.context_->frame != 0) return;
+    auto &known = robot_.program_->known_passes;
+    const uint32_t ticks = ticks_now();
+    const auto use = [&](const KnownAsk &ask) {
+        const auto moves = [&](const auto &one) { return ask.on.has(one.address, one.bytes); };
+        if (std::any_of(found.followers.begin(), found.followers.end(), moves)) return false;
+        const uint32_t so_long = ask.on.lasts(data, ticks);
+        if (so_long <= 1) return false;
+        image_.rest.ask_cycles = static_cast<uint16_t>(ask.cycles);
+        image_.rest.ends = ticks + std::min(lasts, so_long);
+        return true;
+    };
+    if (std::any_of(known.asks.all.begin(), known.asks.all.end(), use)) return;
+    if (!ticks_are_plain() || can_count_tick() || !known.may_trace_ask()) return;
+    known.asks_traced++;
+    if (auto ask = known_ask_of(code_, *this, SENSE_CALL_CYCLES)) use(known.asks.keep(*ask));
+}
+
+/// A tick comes so many cycles into a pass: cycles from that one's begin up to the next one that
+/// changes nothing, without the interrupt; 0: not known.
+uint32_t Robot::Translated::cycles_with_tick(uint32_t phase) const {
+    const TickRest &rest = image_.rest;
+    if (phase <= rest.reads_from) return rest.work_cycles;
+    if (phase > rest.reads_to) return static_cast<uint32_t>(image_.pass_cycles) + rest.work_cycles;
+    for (const auto &torn : rest.torn)
+        if (phase <= torn.to) return torn.cycles;
+    return 0;
+}
+
+/// Passes are known to go on, also over ticks: those that only count, or ask the program in vain,
+/// are left out. Each puts off the passes behind it. True if there was one.
+bool Robot::Translated::take_ticks_at_rest() {
+    const TickRest &rest = image_.rest;
+    if (rest.ends == 0 || !ticks_are_plain() || image_.match < cycle()) return false;
+    const uint64_t others = std::min({message_at_, serial_asks_at(), edge_at_, end_of_run()});
+    const auto clock = static_cast<uint16_t>(seam_.robot + offsetof(robot_core_t, transmit));
+    static_assert(offsetof(transmit_clock_t, increment) == 2, "as avr-gcc packs it");
+    uint32_t counts = word(clock) + uint32_t{data[clock + 2]};
+    const uint32_t period = word(seam_.tx_period), most = rest.ends - ticks_now() - 1;
+    const auto idle = static_cast<uint32_t>(image_.pass_cycles);
+    auto phase = static_cast<uint32_t>((image_.match - cycle()) % idle);
+    uint32_t taken = 0;
+    uint64_t now = 0;
+    for (; taken < most; taken++, counts += TICK_MATCH) {
+        const bool asks = (counts & UINT16_MAX) > period;
+        const uint32_t interrupt = asks ? rest.ask_cycles : robot_.program_->tick_cycles;
+        const uint32_t passes = cycles_with_tick(phase), takes = interrupt + passes;
+        if (interrupt == 0 || passes == 0 || image_.match + takes + idle > others) break;
+        now = image_.match - phase + takes;
+        image_.match += TICK_CYCLES;
+        phase = (TICK_CYCLES + phase - takes) % idle;
+    }
+    if (taken == 0) return false;
+    passed = 1;
+    image_.ticks_away = 0;
+    count(taken);
+    for (const auto &follower : rest.followers) {
+        uint64_t value = 0;
+        std::memcpy(&value, &at(follower.address), follower.bytes);
+        value += taken;
+        std::memcpy(&at(follower.address), &value, follower.bytes);
+    }
+    limit_ = std::max(now, limit_);
+    set_cycle(now);
+    return true;
+}
+
+/// World time up to which nothing that the robot does can differ from rest, unless it is asked.
+Cycles Robot::Translated::rests_until() const {
+    const TickRest &rest = image_.rest;
+    if (rest.ends == 0 || image_.pass_cycles == 0 || !rest.is_whole || !ticks_are_plain() ||
+        serial_asks_at() != TranslatedImage::NO_TIME)
+        return 0;
+    const uint32_t ticks = rest.ends - ticks_now();
+    return clock_.world_time(image_.match + uint64_t{ticks - 1} * TICK_CYCLES);
+}
+
+}  // namespace kilotwin

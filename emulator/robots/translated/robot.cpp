@@ -1,0 +1,388 @@
+#include "robots/translated/robot.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+
+#include "kilolib/core/sleep_rhythm.h"
+#include "robots/translated/avr_calls.h"
+
+namespace kilotwin {
+
+using namespace atmega328p;
+
+namespace {
+
+constexpr uint64_t NO_TIME = TranslatedImage::NO_TIME;
+constexpr uint32_t FLASH_MASK = 0x7FFE;
+
+/// Prefetches bytes that nearly every run touches: registers, the first variables, the top of the
+/// stack and all beside the data space.
+void prefetch_chip(const uint8_t *image) {
+    constexpr size_t REGISTERS = 0x60, VARIABLES = 0x100, SOME = 0x100, TOP = SRAM_END - 0x40;
+    prefetch_bytes(image, REGISTERS);
+    prefetch_bytes(image + VARIABLES, SOME);
+    prefetch_bytes(image + TOP, sizeof(TranslatedImage) - TOP);
+}
+
+}  // namespace
+
+/// A robot whose loop changes nothing need not be executed before something reaches it.
+void Robot::go_on_translated() {
+    if (life_ == Life::OFF) life_ = Life::ALIVE;
+    const bool rests_on = until_ <= only_ticks_until_ && next_message_ >= until_;
+    if (rests_on && (has_no_message_ || next_ask() >= until_)) {
+        if (has_no_message_) pass_ticks();
+        now_ = until_;
+        return;
+    }
+    prefetch_chip(image_);
+    const auto &image = *reinterpret_cast<const TranslatedImage *>(image_);
+    const bool rests =
+        image.pass_cycles != 0 && image.interrupt == TranslatedImage::Interrupt::NONE;
+    if (rests && image.waits_for == 0 && next_interrupt() >= until_) {
+        now_ = until_;
+        return;
+    }
+    if (context_->black_box != nullptr) context_->black_box->runs(index_, last_tick_);
+    Translated(*this).run();
+    if (inbox_next_ > 0)
+        inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
+    inbox_next_ = 0;
+}
+
+/// Ticks up to `until_` go by without its being executed: it is to be asked at the next one.
+void Robot::pass_ticks() {
+    if (next_tick_ >= until_) return;
+    const Cycles ticks = (until_ - 1 - next_tick_) / tick_length_ + 1;
+    transmit_clock_match(&core_.transmit);
+    core_.transmit.counts = static_cast<uint16_t>(core_.transmit.counts + (ticks - 1) * TICK_MATCH);
+    last_tick_ += static_cast<uint32_t>(ticks);
+    next_tick_ += ticks * tick_length_;
+}
+
+Robot::Translated::Translated(Robot &robot)
+    : translated_chip_t{},
+      robot_(robot),
+      image_(*reinterpret_cast<TranslatedImage *>(robot.image_)),
+      code_(*robot.program_->translation()),
+      seam_(*code_.seam),
+      clock_{robot.power_up_, robot.tick_length_} {
+    data = image_.data.data();
+    translated_chip_t::flags = image_.flags.data();
+    flash = code_.flash;
+    effects = Program::effects();
+    pc = image_.pc;
+    turns = image_.turns;
+    changed = image_.changed;
+    net = image_.net;
+    passed = image_.passed;
+    recalls_in = robot.context_->recalls_passes ? image_.recalls_in : INT32_MAX;
+    executes = !robot.context_->recalls_passes;
+    pass = &image_.pass;
+    translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
+        return static_cast<Translated *>(chip)->attend(what);
+    };
+    pin_written = register_written;
+    const unsigned all = (1u << ENGINE_CALLS) - 1;
+    calls = static_cast<uint8_t>(robot.context_->gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
+    limit_ = image_.cycle;
+    until_ = clock_.own_cycle(robot.until_);
+    find_message();
+    find_edge();
+}
+
+/// Interrupts come between blocks of code. A run ends where neither is left to do.
+void Robot::Translated::run() {
+    if (image_.waits_for != 0) take_answer();
+    while (goes_on()) {
+        flag_matches();
+        // One that RESET ended by a jump to address 0 has not returned.
+        if (lets_interrupts() && image_.interrupt != Interrupt::NONE) end_interrupt();
+        if (serve_interrupt()) continue;
+        if (cycle() >= end_of_run() || is_early_) break;
+        if (image_.asleep_until != 0) {
+            doze();
+            continue;
+        }
+        const uint64_t from = cycle();
+        execute();
+        if (cycle() == from && image_.pass_cycles != 0) break;  // it rests up to the end of the run
+    }
+    store();
+}
+
+uint64_t Robot::Translated::end_of_run() const {
+    return image_.interrupt == Interrupt::NONE ? until_ : until_ + INTERRUPT_BEYOND;
+}
+
+/// Hands the state back to the image, and to the robot what others read of it.
+void Robot::Translated::store() {
+    image_.cycle = cycle();
+    image_.pc = pc;
+    image_.turns = turns;
+    image_.changed = changed;
+    image_.net = net;
+    image_.passed = passed;
+    image_.recalls_in = recalls_in;
+    robot_.only_ticks_until_ = goes_on() ? rests_until() : 0;
+    robot_.has_no_message_ = image_.rest.ask_cycles != 0;
+    robot_.in_interrupt_ = image_.interrupt != Interrupt::NONE;
+    if (seam_.robot != 0) {
+        auto &core = robot_.core_;
+        static_assert(offsetof(robot_core_t, transmit.increment) == 10, "as avr-gcc packs it");
+        std::memcpy(&core, data + seam_.robot, offsetof(robot_core_t, transmit.increment) + 1);
+    }
+    robot_.last_tick_ = ticks_now();
+    const bool rests = image_.pass_cycles != 0 || image_.asleep_until != 0;
+    if (robot_.question_ == Question::NONE && robot_.life_ == Life::ALIVE)
+        robot_.now_ = rests ? std::max(robot_.until_, world_time()) : world_time();
+    robot_.next_tick_ = NEVER;
+    if (!timer_ticks()) return;
+    const uint64_t next = std::min(image_.match, image_.flagged);
+    robot_.next_tick_ = clock_.world_time(next);
+    const uint64_t since = next - image_.timer_zero;
+    robot_.overflow_ =
+        clock_.world_time(image_.timer_zero + (since / TICK_CYCLES + 1) * TICK_CYCLES);
+    const Cycles now = robot_.now_;
+    robot_.waits_past_tick_ =
+        now > robot_.next_tick_ ? static_cast<uint32_t>(now - robot_.next_tick_) : 0;
+}
+
+/// The last pass may not foretell the next one.
+void Robot::Translated::disturb_passes() {
+    changed = CHANGED;
+    image_.pass_cycles = 0;
+    image_.rest.ends = 0;
+}
+
+/// When the next interrupt comes, as they are let through, but for edges of light.
+uint64_t Robot::Translated::next_but_edges() const {
+    return std::min({image_.match, message_at_, serial_asks_at()});
+}
+
+/// Sets what execution goes on to: the next interrupt, or the end of the run. Interrupts that are
+/// held back count too, unless one waits: the code that lets them through need not be left then.
+void Robot::Translated::set_limit() {
+    const uint64_t end = end_of_run(), now = cycle();
+    uint64_t others = next_but_edges(), edge = edge_at_;
+    const bool one_waits = image_.flagged != NO_TIME || std::min(others, edge) <= now;
+    awaits = lets_interrupts() || !one_waits;
+    if (awaits == 0) others = edge = NO_TIME;
+    const uint64_t next = std::min({others, edge, image_.match});  // also if it is not let through
+    limit_ = std::min(end, next);
+    set_cycle(now);
+    ends_run_ = end < next && image_.interrupt == Interrupt::NONE;
+    repeats = !ends_run_ && edge >= std::min(end, others);
+    limit_changed_ = false;
+}
+
+/// Executes up to there.
+void Robot::Translated::execute() {
+    if (image_.pass_cycles != 0 && lets_interrupts()) rest();
+    set_limit();
+    if (image_.pass_cycles != 0) {
+        if (ends_run_) return;  // the rest is for later
+        const uint64_t left_out = static_cast<uint64_t>(left) / image_.pass_cycles;
+        left -= static_cast<int64_t>(left_out * image_.pass_cycles);
+        image_.pass_begun = cycle();
+        image_.pass_cycles = 0;
+        image_.rest.ends = 0;
+        if (left == 0) return;
+    }
+    pass_left = static_cast<int64_t>(limit_ - image_.pass_begun);
+    execute_code();
+    image_.pass_begun = limit_ - static_cast<uint64_t>(pass_left);
+}
+
+/// Passes repeat: interrupts that change nothing else put the next ones off, and that is all.
+void Robot::Translated::rest() {
+    do take_edges_at_rest();
+    while (take_ticks_at_rest());
+}
+
+/// Passes repeat: an edge of light in one of them puts the next ones off, and that is all. So for
+/// edges before the last pass up to another interrupt.
+void Robot::Translated::take_edges_at_rest() {
+    const uint64_t end = std::min(end_of_run(), next_but_edges());
+    uint64_t now = cycle();
+    while (edge_at_ < end) {
+        if (!frame_is_alone()) {
+            if (!take_burst_at_rest(now, end)) break;
+            continue;
+        }
+        if (take_frame_at_rest(now, end)) continue;
+        if (const uint32_t byte = cycles_of_byte();
+            byte != 0 &&
+            std::max(now, edge_at_ + BYTE_SLOTS * SLOT_CYCLES) + byte + image_.pass_cycles <= end) {
+            now += hears_light() ? byte : 0;
+            take_byte();
+            continue;
+        }
+        const uint64_t cycles = hears_light() ? edge_cycles_ : 0;
+        if (std::max(now, edge_at_) + cycles + image_.pass_cycles > end) break;
+        now += cycles;
+        take_edge();
+    }
+    limit_ = std::max(now, limit_);
+    set_cycle(now);
+}
+
+/// Edges of frames that overlap, whose interrupts wait for one another, up to a moment at which
+/// none waits. False, and nothing done, where one may take the place of another one of its frame:
+/// that depends on where in a pass it comes.
+bool Robot::Translated::take_burst_at_rest(uint64_t &now, uint64_t end) {
+    constexpr size_t MOST_FRAMES = 4;
+    auto &lights = robot_.rare_->lights;
+    const size_t frames = lights.size();
+    if (frames > MOST_FRAMES) return false;
+    std::array<Light, MOST_FRAMES> saved;
+    std::copy(lights.begin(), lights.end(), saved.begin());
+    uint64_t took = 0, free_at = edge_at_;
+    do {
+        const uint64_t cycles = hears_light() ? edge_cycles_ : 0;
+        const uint64_t served = std::max(free_at, edge_at_);
+        const bool fits = std::max(now + took, served) + cycles + image_.pass_cycles <= end;
+        if (!fits || served + LONGEST_BLOCK >= next_of_frame()) {
+            lights.assign(saved.begin(), saved.begin() + frames);
+            find_edge();
+            return false;
+        }
+        free_at = served + cycles;
+        took += cycles;
+        take_edge();
+    } while (edge_at_ < free_at + LONGEST_BLOCK);
+    now += took;
+    return true;
+}
+
+/// The same as a turn of run(), within a region. What needs all of the state leaves the region.
+bool Robot::Translated::attend(unsigned what) {
+    const uint64_t begun = limit_ - static_cast<uint64_t>(pass_left);
+    if (what == END_OF_INTERRUPT)
+        return_from_interrupt();
+    else if (what < ENGINE_CALLS)
+        call(what);
+    if (!goes_on() || is_early_) return false;
+    for (flag_matches(); !message_is_due() && serve_interrupt();) flag_matches();
+    if (message_is_due() || cycle() >= end_of_run()) return false;
+    set_limit();
+    pass_left = static_cast<int64_t>(limit_ - begun);
+    return left > 0;
+}
+
+/// Goes from region to region; leaves when an interrupt may be due, or what comes next depends on
+/// more than code.
+void Robot::Translated::execute_code() {
+    while (left > 0) {
+        pc &= FLASH_MASK;
+        const unsigned region = code_.region_of[pc / 2];
+        switch (region != 0 ? code_.code[region - 1](this) : INTERPRET_ONE) {
+        case CHECKPOINT:
+            if (note_pass()) return;
+            break;
+        case CALL_ENGINE: call(); return;
+        case ATTENDED: return;
+        case INTERPRET_ONE:
+            if (execute_one()) return;
+            break;
+        default: break;
+        }
+    }
+}
+
+/// Leaves one instruction to the interpreter. True if what comes next has to be found anew.
+bool Robot::Translated::execute_one() {
+    constexpr uint16_t RETI = 0x9518, SLEEP = 0x9588;
+    static constexpr registers_t REGISTERS = {read_register, register_written};
+    if (pc == RETURN_FROM_MESSAGE) {
+        end_message();
+        return true;
+    }
+    const bool let_interrupts = lets_interrupts();
+    const uint16_t word = flash_word(flash, pc);
+    if (word == SLEEP && (at(SMCR) & SMCR_SE) != 0) {
+        const bool down = (at(SMCR) & SMCR_SM) == SLEEP_POWER_DOWN;
+        const bool rings = (at(WDTCSR) & WDTCSR_WDIE) != 0;
+        image_.asleep_until = down && rings ? cycle() + SLEEP_DOWN_CYCLES : NO_TIME;
+    }
+    changed |= NOT_COUNTED;  // whether it reads a counter, or stores one again, is not looked at
+    if (!interpret(this, &REGISTERS)) {
+        fail();
+        return true;
+    }
+    if (word == RETI)
+        end_interrupt();
+    else if (!let_interrupts && lets_interrupts())
+        execute_one();  // the chip executes one more before the interrupt
+    return let_interrupts != lets_interrupts() || image_.asleep_until != 0 || limit_changed_;
+}
+
+/// A loop begins anew: whether all passes up to the next interrupt would do what this one did.
+bool Robot::Translated::note_pass() {
+    const uint16_t stack = word(SPL);
+    const uint8_t now = status();
+    if (pass_cycles == TO_RECALL) {
+        pass_cycles = 0;
+        image_.pass_cycles = 0;
+        return recall();
+    }
+    const uint64_t below = (changed & CHANGED_BELOW) != 0 ? translated_below(data, stack) : 0;
+    const bool same =
+        pass_cycles != 0 || (executes == 0 && translated_kept(pass, changed, net, below) &&
+                             pass->pc == pc && pass->stack == stack && pass->status == now &&
+                             std::memcmp(pass->registers, data, sizeof pass->registers) == 0);
+    turns = TURNS;
+    pass_cycles = 0;
+    image_.pass_cycles = same ? static_cast<uint64_t>(pass_left - left) : 0;
+    pass_left = left;
+    if (same) return true;
+    *pass = {};
+    std::memcpy(pass->registers, data, sizeof pass->registers);
+    pass->pc = pc;
+    pass->stack = stack;
+    pass->status = now;
+    pass->below = below;
+    changed = 0;
+    net = 0;
+    return false;
+}
+
+/// It sleeps until an interrupt, or in power-down until the watchdog rings; timer 0 stands still
+/// then and nothing is received.
+void Robot::Translated::doze() {
+    const uint64_t from = cycle();
+    const bool down = (at(SMCR) & SMCR_SM) == SLEEP_POWER_DOWN;
+    const uint64_t interrupt = std::min({image_.match, message_at_, edge_at_});
+    if (down && message_at_ < std::min(image_.asleep_until, until_)) {
+        forget_told(robot_.inbox_[robot_.inbox_next_++].at);
+        robot_.inbox_changed();
+        find_message();
+        return;
+    }
+    const uint64_t wakes = down ? image_.asleep_until : interrupt;
+    limit_ = std::min(wakes, until_);
+    left = 0;
+    if (down) {
+        const uint64_t stood_still = limit_ - std::min(from, limit_);
+        image_.timer_zero += stood_still;
+        if (image_.match != NO_TIME) image_.match += stood_still;
+    }
+    if (limit_ == wakes) image_.asleep_until = 0;
+    disturb_passes();
+}
+
+/// Its program counter points to what is no instruction: erased flash, mostly.
+void Robot::Translated::fail() {
+    robot_.now_ = world_time();
+    robot_.last_tick_ = ticks_now();
+    char text[96];
+    std::snprintf(text, sizeof text,
+                  "it left its program: there is no instruction at address 0x%04X",
+                  static_cast<unsigned>(pc));
+    robot_.stop(EventKind::CRASH, text, avr_code_path(pc, data, flash));
+}
+
+}  // namespace kilotwin
