@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/message_crc.h"
 #include "kilolib/core/robot_query.h"
+#include "robots/native/guest.h"
 
 namespace kilotwin {
 
@@ -61,7 +62,8 @@ std::string DifferentialTest::Difference::text() const {
     return "here " + side(native) + ", on the robot " + side(avr);
 }
 
-DifferentialTest::DifferentialTest(Program &program, std::shared_ptr<const FlashImage> image,
+DifferentialTest::DifferentialTest(std::unique_ptr<Driver> driver,
+                                   std::shared_ptr<const FlashImage> image,
                                    const Settings &settings)
     : settings_(settings),
       chance_(settings.seed),
@@ -69,8 +71,8 @@ DifferentialTest::DifferentialTest(Program &program, std::shared_ptr<const Flash
       calibration_{TICK_CYCLES, settings.uid, 71, 72, 68, 69, InfraredGains()},
       board_(*image_, 0, calibration_, 0, chance_),
       context_{chance_, events_, emissions_, nullptr, FRAME_CYCLES, false},
-      state_(new uint8_t[program.state_bytes()]) {
-    const bool is_native = program.translation() == nullptr;
+      driver_(std::move(driver)) {
+    const bool is_native = driver_->tier() == Tier::NATIVE;
     if (is_native)
         board_.noise = [this](uint8_t channel, int16_t reading) {
             return noisy_reading(channel, reading);
@@ -84,9 +86,9 @@ DifferentialTest::DifferentialTest(Program &program, std::shared_ptr<const Flash
         for (uint16_t entry : *settings_.follow) watch_->watch(entry);
     }
     find_first_tick();
-    Robot::serve_this_thread();
-    native_.emplace(context_, program, 0, calibration_, is_native ? base_ : 0, state_.get());
-    native_->light = light_;
+    NativeGuest::serve_this_thread();
+    native_.emplace(context_, *driver_, 0, calibration_, is_native ? base_ : 0);
+    native_->set_light(light_);
     tick_ = 1;
     native_->run(base_ + TICK_CYCLES);
 }
@@ -125,7 +127,8 @@ void DifferentialTest::run_tick() {
     const Cycles begin = base_ + tick_ * TICK_CYCLES, end = begin + TICK_CYCLES;
     light_ =
         static_cast<int16_t>(std::clamp<int>(light_ + static_cast<int>(below(41)) - 20, 0, 1023));
-    native_->light = board_.light = light_;
+    board_.light = light_;
+    native_->set_light(light_);
     if (const auto message = next_message()) {
         const auto noise = static_cast<double>(below(9)) - 4;
         give(*message,
@@ -212,7 +215,7 @@ void DifferentialTest::run_native(Cycles until) {
 void DifferentialTest::collect_native(Cycles from) {
     observe(native_side_, LED, from, {native_->color(from)});
     observe(native_side_, MOTORS, from, {native_->left_duty(), native_->right_duty()});
-    native_->motor_commands.clear();
+    native_->motor_commands().clear();
     for (const Emission &emission : emissions_) {
         const auto *bytes = reinterpret_cast<const uint8_t *>(&emission.message);
         observe(native_side_, MESSAGE, emission.at, {bytes, bytes + sizeof emission.message});

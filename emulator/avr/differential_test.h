@@ -71,10 +71,10 @@ class DifferentialTest {
         std::string text() const;
     };
 
-    /// Powers both up and runs to the first tick of kilo_init(). `program` must live on; `image`
-    /// has to be of an ELF file. Throws EngineError if the program does not reach kilo_init()
+    /// Powers both up and runs to the first tick of kilo_init(). `driver`, for one robot, is native
+    /// or translated; `image` has to be of an ELF file. Throws EngineError if the program does not reach kilo_init()
     /// within 10 s. Belongs to the thread that made it.
-    DifferentialTest(Program &program, std::shared_ptr<const FlashImage> image,
+    DifferentialTest(std::unique_ptr<Driver> driver, std::shared_ptr<const FlashImage> image,
                      const Settings &settings);
     DifferentialTest(const DifferentialTest &) = delete;
     DifferentialTest &operator=(const DifferentialTest &) = delete;
@@ -150,7 +150,7 @@ class DifferentialTest {
     Events events_;
     std::vector<Emission> emissions_;
     RobotContext context_;
-    std::unique_ptr<uint8_t[]> state_;
+    std::unique_ptr<Driver> driver_;
     std::optional<Robot> native_;
     PulseReader reader_;
     Side native_side_, avr_side_;

@@ -26,7 +26,7 @@ Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycl
     : layout_(settings.columns, settings.rows, settings.buses),
       infrared_(settings.infrared),
       chance_(chance),
-      boards_(settings.on_board ? boards : nullptr),
+      boards_(is_on_board(settings.tier) ? boards : nullptr),
       zero_(zero),
       run_ahead_(run_ahead),
       context_{chance, events_, gains_are_mm},

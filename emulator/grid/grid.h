@@ -29,6 +29,7 @@
 #include "grid/can_bus.h"
 #include "grid/cells.h"
 #include "modules/module.h"
+#include "robots/tier.h"
 
 namespace kilotwin {
 
@@ -117,7 +118,7 @@ class Grid {
         CellInfrared infrared;          ///< Kilobots' channel; the ideal one takes the ranges
         std::vector<Fault> faults;      ///< in any order
         double error_share;             ///< of frames on the buses that a disturbance destroys
-        bool on_board;                  ///< each module is an ATmega328P
+        Tier tier;                      ///< of all modules
     };
 
     /// A frame that ended on a bus.

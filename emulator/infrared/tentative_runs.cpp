@@ -8,7 +8,7 @@ bool TentativeRuns::begin(uint32_t robot, Cycles now, Cycles limit) {
     if (runs_.empty()) runs_.resize(robots_.size());
     Run &run = runs_[robot];
     Robot &guest = robots_[robot];
-    if (guest.program().is_covered()) return false;
+    if (!guest.can_restore()) return false;
     if (run.pause > 0) {
         run.pause--;
         return false;
@@ -39,7 +39,7 @@ void TentativeRuns::bring_back(uint32_t robot, Cycles at) {
 
 void TentativeRuns::go_on(uint32_t robot, Cycles until) {
     robots_[robot].run_in_the_dark(until);
-    robots_[robot].motor_commands.clear();
+    robots_[robot].motor_commands().clear();
 }
 
 }  // namespace kilotwin

@@ -52,7 +52,7 @@ void Module::carry_out(order_t order, const CanFrame &frame) {
     case ORDER_REFUSED: counts_.frames_refused++; return;
     case ORDER_HAND_OVER: return hand_over(frame);
     case ORDER_CONFIG_SIZE:
-        *program_->table().module->configuration_size = orders_.transfer.config.size;
+        *table().module->configuration_size = orders_.transfer.config.size;
         return;
     case ORDER_CONFIGURE: return configure();
     case ORDER_FORWARD: return forward();
@@ -63,7 +63,7 @@ void Module::carry_out(order_t order, const CanFrame &frame) {
 
 void Module::configure() {
     const auto &config = orders_.transfer.config;
-    std::copy_n(config.data, config.size, program_->table().module->configuration);
+    std::copy_n(config.data, config.size, table().module->configuration);
 }
 
 void Module::forward() {
@@ -71,15 +71,15 @@ void Module::forward() {
                                      eeprom(EEPROM_CALIB_X_MAX), eeprom(EEPROM_CALIB_Y_MIN),
                                      eeprom(EEPROM_CALIB_Y_MAX)};
     const uint8_t before = orders_.state;
-    if (orders_forward(&orders_, x_, y_, &area)) repeat_at_ = now_;
+    if (orders_forward(&orders_, x_, y_, &area)) repeat_at_ = time_.now;
     follow_state(before);
 }
 
 // The program is gone, with all that it was doing; timer 0 is off.
 void Module::enter_boot_loader() {
-    next_tick_ = NEVER;
+    time_.next_tick = NEVER;
     burst_.job = JOB_NONE;
-    suspended_.clear();
+    drop_call();
     GuestStack::instance().abandon();
 }
 
@@ -103,13 +103,13 @@ void Module::take_in_boot_loader(const CanFrame &frame) {
 
 // Leaves the interrupt that runs, and all calls of the program.
 void Module::restart() {
-    reset(now_);
+    reset(time_.now);
     GuestStack::instance().abandon();
 }
 
 // The program's buffer is one: it is valid until the callback returns.
 void Module::hand_over(const CanFrame &frame) {
-    const auto &api = *program_->table().module;
+    const auto &api = *table().module;
     api.can_message->id = frame.id;
     api.can_message->header = static_cast<uint8_t>(frame.dlc << 1);
     std::copy_n(frame.data.begin(), frame.data.size(), api.can_message->data);
@@ -133,7 +133,7 @@ void Module::forward_reports() {
 
 // All records are taken at once; the chip takes them one by one, a few milliseconds later.
 void Module::answer_poll() {
-    auto &records = *program_->table().module->records;
+    auto &records = *table().module->records;
     const Cycles pass = orders_.state == STATE_IDLE ? BREATH_STEP : AFTER_RECORD;
     CanFrame start = frame_to_host();
     const uint8_t waiting = records.store.used;
@@ -146,8 +146,8 @@ void Module::answer_poll() {
 }
 
 void Module::answer_health(uint8_t part) {
-    const auto &api = *program_->table().module;
-    const auto seconds_up = static_cast<uint64_t>(seconds(now_ - power_up_));
+    const auto &api = *table().module;
+    const auto seconds_up = static_cast<uint64_t>(seconds(time_.now - power_up_));
     health_facts_t facts{};
     facts.config_crc = configuration_crc();
     facts.uptime_s = static_cast<uint16_t>(std::min<uint64_t>(seconds_up, UINT16_MAX));
@@ -162,7 +162,7 @@ void Module::answer_health(uint8_t part) {
 
 // Volatile memory of the program: copied byte by byte.
 uint16_t Module::configuration_crc() const {
-    const auto &api = *program_->table().module;
+    const auto &api = *table().module;
     std::array<uint8_t, MODULE_CONFIGURATION_BUFFER_SIZE> bytes;
     std::copy_n(api.configuration, bytes.size(), bytes.begin());
     return crc_of(bytes.data(), answers_configured(&orders_, *api.configuration_size));
@@ -170,10 +170,10 @@ uint16_t Module::configuration_crc() const {
 
 /// Puts a frame behind those that wait, `gap` after them.
 void Module::queue_answer(const CanFrame &frame, Cycles gap) {
-    const Cycles last = answers_.empty() ? now_ : std::max(now_, answers_.back().at);
+    const Cycles last = answers_.empty() ? time_.now : std::max(time_.now, answers_.back().at);
     answers_.push_back({last + gap, frame});
     const Interrupt interrupt(*this);
-    (*program_->table().module->can_tx_success)();
+    (*table().module->can_tx_success)();
 }
 
 void Module::emit_answers(Cycles until) {

@@ -8,8 +8,8 @@ namespace kilotwin {
 
 // With interrupts off the timer's flag is set all the same, once.
 Cycles Module::next_interrupt() const {
-    if (interrupts_off_) return next_tick_;
-    Cycles next = next_tick_;
+    if (interrupts_off_) return time_.next_tick;
+    Cycles next = time_.next_tick;
     if (!can_inbox_.empty()) next = std::min(next, can_inbox_.front().at);
     if (!cell_inbox_.empty()) next = std::min(next, cell_inbox_.front().at);
     return next;
@@ -17,9 +17,9 @@ Cycles Module::next_interrupt() const {
 
 // Priorities of a moment: timer, CAN, infrared.
 void Module::serve_interrupt(Cycles at) {
-    now_ = std::max(now_, at);
-    if (at == next_tick_) {
-        next_tick_ += tick_;
+    time_.now = std::max(time_.now, at);
+    if (at == time_.next_tick) {
+        time_.next_tick += time_.tick_length;
         if (interrupts_off_)
             tick_pending_ = loop_due_ = true;
         else
@@ -33,10 +33,10 @@ void Module::serve_interrupt(Cycles at) {
 
 Module::Interrupt::Interrupt(Module &module)
     : module_(module),
-      budget_(*module.program_->table().budget),
+      budget_(*module.table().budget),
       nested_(module.in_program_) {
     module.in_interrupt_ = module.in_program_ = true;
-    *module.program_->table().budget = TURNS_PER_TICK;
+    *module.table().budget = TURNS_PER_TICK;
 }
 
 Module::Interrupt::~Interrupt() {
@@ -63,9 +63,9 @@ void Module::take_turn() {
 
 // The main loop asks and returns; a program that waits, or sends by itself, waits for the answer.
 void Module::ask(Asking why, uint8_t cell, const message_t &message) {
-    outgoing_ = {now_, cell, message};
+    outgoing_ = {time_.now, cell, message};
     asking_ = why;
-    if (now_ + FRAME_CYCLES < unheard_until_) {
+    if (time_.now + FRAME_CYCLES < unheard_until_) {
         unheard_++;
         answer(Answer::SENT);
     }
@@ -78,17 +78,17 @@ void Module::answer(Answer answer) {
     answer_ = answer;
     answered_ = asking_;
     asking_ = Asking::NOTHING;
-    if (answer == Answer::SENT) keep_busy(now_ + FRAME_CYCLES);
+    if (answer == Answer::SENT) keep_busy(time_.now + FRAME_CYCLES);
 }
 
 // Acts on the answer, when the module goes on. A failed attempt takes the time of listening.
 void Module::settle() {
     const Asking why = answered_;
     answered_ = Asking::NOTHING;
-    if (answer_ != Answer::SENT && why == Asking::AT_ONCE) now_ += SENSE_CYCLES;
+    if (answer_ != Answer::SENT && why == Asking::AT_ONCE) time_.now += SENSE_CYCLES;
     if (why == Asking::AT_ONCE) {
         const bool pauses = !is_original() && burst_pauses(&burst_);
-        burst_at_ = now_ + (pauses ? BURST_GAP_CYCLES : 0);
+        burst_at_ = time_.now + (pauses ? BURST_GAP_CYCLES : 0);
         return;
     }
     if (answer_ == Answer::RECEIVING) return;
@@ -99,14 +99,14 @@ void Module::settle() {
         (*table.module->ir_tx_success)(turns_.cell);
         return;
     }
-    now_ += SENSE_CYCLES;
-    next_tick_ = now_ + turns_retry(&turns_, (*table.random)()) * COUNT_CYCLES;
+    time_.now += SENSE_CYCLES;
+    time_.next_tick = time_.now + turns_retry(&turns_, (*table.random)()) * COUNT_CYCLES;
 }
 
 // Interrupts are off while a frame goes out: the CAN controller keeps two frames, the receiver
 // none.
 void Module::keep_busy(Cycles until) {
-    now_ = busy_until_ = until;
+    time_.now = busy_until_ = until;
     buffered_ = 0;
     auto kept = can_inbox_.begin();
     for (const auto &reception : can_inbox_) {

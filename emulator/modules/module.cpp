@@ -6,7 +6,6 @@
 #include "base/errors.h"
 #include "base/message_crc.h"
 #include "modules/timing.h"
-#include "robots/native/fault.h"
 #include "runtime/core/eeprom_map.h"
 #include "runtime/core/light_patterns.h"
 
@@ -16,6 +15,13 @@ namespace {
 
 constexpr Cycles LIGHTS_CYCLES = 1 * MS;   // all LEDs over the I2C bus
 constexpr Cycles LOADER_BLINK = 200 * MS;  // hardware.md 3.7
+
+/// EngineError if it is a robot's.
+Program &modules_program(Program &program) {
+    if (program.table().module == nullptr)
+        throw EngineError(program.name() + " is a robot's program; a grid needs a module's");
+    return program;
+}
 
 CellLight light_of(uint8_t color, uint8_t brightness) {
     CellLight light;
@@ -27,28 +33,18 @@ CellLight light_of(uint8_t color, uint8_t brightness) {
 
 Module::Module(ModuleContext &context, Program &program, uint32_t index, uint8_t x, uint8_t y,
                Cycles tick, Cycles power_up, uint8_t *image)
-    : context_(context),
-      program_(&program),
-      image_(image),
-      now_(power_up),
-      tick_(tick),
+    : NativeGuest(modules_program(program), own_time_, image, calls()),
+      context_(context),
+      own_time_{.now = power_up, .tick_length = tick},
       power_up_(power_up),
       dwell_end_(power_up + DWELL_CYCLES),
       index_(index),
       x_(x),
       y_(y) {
-    if (program_->table().module == nullptr)
-        throw EngineError(program_->name() + " is a robot's program; a grid needs a module's");
-    *program_->table().host = &HOST;
+    // How many turns a wait takes is found out for robots only.
+    program.looks_early = false;
     switch_off();
 }
-
-Module::~Module() {
-    GuestStack::instance().forget(&now_);
-    program_->evict(image_);
-}
-
-void Module::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
 // Clears what only power keeps.
 void Module::switch_off() {
@@ -57,13 +53,13 @@ void Module::switch_off() {
     orders_init(&orders_);
     turns_ = {};
     burst_ = {};
-    suspended_.clear();
+    drop_call();
     can_inbox_.clear();
     cell_inbox_.clear();
     answers_.clear();
-    busy_until_ = now_ + INIT_CYCLES;
-    state_since_ = power_up_ = now_;
-    next_tick_ = wake_ = NEVER;
+    busy_until_ = time_.now + INIT_CYCLES;
+    state_since_ = power_up_ = time_.now;
+    time_.next_tick = wake_ = NEVER;
     lights_ = {};
     sending_cells_ = buffered_ = 0;
     life_ = Life::OFF;
@@ -74,10 +70,10 @@ void Module::switch_off() {
 }
 
 void Module::reset(Cycles at) {
-    now_ = std::max(now_, at);
+    time_.now = std::max(time_.now, at);
     last_tick_ = 0;
     dwell_cell_ = 0;
-    dwell_end_ = now_ + DWELL_CYCLES;
+    dwell_end_ = time_.now + DWELL_CYCLES;
     switch_off();
 }
 
@@ -111,71 +107,54 @@ uint64_t Module::run_unheard(Cycles until) {
     return unheard_;
 }
 
-// An abandoned call, of main() or of a boot loader's restart, is followed by the next one at once.
 void Module::go_on(Cycles until) {
     if (has_nothing_before(until)) return;
-    until_ = until;
-    running_ = this;
-    program_->make_resident(image_);
-    auto &stack = GuestStack::instance();
-    attend_stack();
-    GuestStack::Outcome outcome;
-    do {
-        outcome =
-            suspended_.empty() ? stack.call(body, this, suspended_) : stack.resume(suspended_);
-        if (outcome == GuestStack::Outcome::ABANDONED) in_program_ = in_interrupt_ = false;
-    } while (outcome == GuestStack::Outcome::ABANDONED && life_ != Life::STOPPED && now_ < until);
-    if (outcome == GuestStack::Outcome::FAULT) {
-        auto [kind, text, code] = explain(stack.fault(), *program_);
-        stop(kind, std::move(text), std::move(code));
-    }
-    running_ = nullptr;
+    time_.until = until;
+    execute();
 }
 
 // Mostly nothing is due: then the guest's memory need not be swapped in.
 bool Module::has_nothing_before(Cycles until) const {
-    if (until <= now_) return true;
+    if (until <= time_.now) return true;
     if (life_ == Life::OFF || answered_ != Asking::NOTHING) return false;
     if (next_interrupt() < until) return false;
-    return suspended_.empty() ? next_pass() >= until : wake_ >= until;
+    return !is_suspended_ ? next_pass() >= until : wake_ >= until;
 }
 
 // A frame that went out leaves only the program's callback to do, which can wait.
 bool Module::may_be_left_behind() const {
     return answered_ == Asking::NOTHING ||
-           (answered_ == Asking::TURN && answer_ == Answer::SENT && suspended_.empty());
+           (answered_ == Asking::TURN && answer_ == Answer::SENT && !is_suspended_);
 }
 
 /// The next cell's turn, if any may have something to send then.
 Cycles Module::next_turn() const {
     const bool may_send = sending_cells_ != 0 || orders_.state == STATE_RUNNING;
-    if (!may_send || next_tick_ == NEVER || orders_.state == STATE_BOOT_LOADER) return NEVER;
+    if (!may_send || time_.next_tick == NEVER || orders_.state == STATE_BOOT_LOADER) return NEVER;
     turns_t turns = turns_;
     if (answered_ == Asking::TURN) turns_passed(&turns);
-    return next_tick_ + (turns_ticks_to_go(&turns) - 1u) * tick_;
+    return time_.next_tick + (turns_ticks_to_go(&turns) - 1u) * time_.tick_length;
 }
 
 // loop() has no effect outside by itself, unless the program sends on its own (acts_alone): its
 // passes wait for the next event.
 Cycles Module::next_event() const {
     if (life_ == Life::STOPPED || asks()) return answers_.empty() ? NEVER : answers_.front().at;
-    if (life_ == Life::OFF || !may_be_left_behind()) return now_;
+    if (life_ == Life::OFF || !may_be_left_behind()) return time_.now;
     Cycles next = next_turn();
     if (!answers_.empty()) next = std::min(next, answers_.front().at);
     // Receptions while it sends by infrared, or starts, wait for the end of that.
     if (!can_inbox_.empty()) next = std::min(next, std::max(can_inbox_.front().at, busy_until_));
     if (!cell_inbox_.empty()) next = std::min(next, std::max(cell_inbox_.front().at, busy_until_));
     const bool looping = burst_.job == JOB_NONE && main_loop_job(&orders_) == JOB_LOOP;
-    if (!suspended_.empty()) {
+    if (is_suspended_) {
         const bool matters = !looping || orders_answer_due(&orders_);
-        if (matters || program_->table().module->acts_alone != nullptr)
-            next = std::min(next, wake_);
+        if (matters || table().module->acts_alone != nullptr) next = std::min(next, wake_);
     } else if (!looping) {
         next = std::min(next, next_pass());
     }
-    if (looping && program_->table().module->acts_alone != nullptr)
-        next = std::min(next, next_tick_);
-    return std::max(next, now_);
+    if (looping && table().module->acts_alone != nullptr) next = std::min(next, time_.next_tick);
+    return std::max(next, time_.now);
 }
 
 // Lights and EEPROM
@@ -226,7 +205,7 @@ void Module::set_eeprom(uint16_t address, uint8_t value) {
 
 template <typename Call> void Module::run_program(Call call) {
     in_program_ = true;
-    *program_->table().budget = TURNS_PER_TICK;
+    *table().budget = TURNS_PER_TICK;
     call();
     in_program_ = false;
     came_back();
@@ -234,24 +213,22 @@ template <typename Call> void Module::run_program(Call call) {
     if (table.settle != nullptr) table.settle();
 }
 
-void Module::body(void *module) { static_cast<Module *>(module)->live(); }
-
 // Runs on the guest stack. Interrupts of a moment come before the pass of that moment.
 void Module::live() {
     if (life_ == Life::OFF) {
         life_ = Life::BOOTING;
-        run_program(program_->table().program_main);
+        run_program(table().program_main);
         stop(EventKind::CRASH, "main() came back: it never called module_start()");
         return;
     }
     while (asking_ == Asking::NOTHING && life_ == Life::ALIVE) {
         if (answered_ != Asking::NOTHING) settle();
         const Cycles interrupt_at = next_interrupt(), pass_at = next_pass();
-        if (std::min(interrupt_at, pass_at) >= until_) return;
+        if (std::min(interrupt_at, pass_at) >= time_.until) return;
         if (interrupt_at <= pass_at) {
             serve_interrupt(interrupt_at);
         } else {
-            now_ = std::max(now_, pass_at);
+            time_.now = std::max(time_.now, pass_at);
             pass();
         }
     }
@@ -259,22 +236,22 @@ void Module::live() {
 
 // The main loop
 
-/// The next pass of the main loop that does something; now_ if that is due.
+/// The next pass of the main loop that does something; time_.now if that is due.
 Cycles Module::next_pass() const {
-    if (burst_.job != JOB_NONE) return std::max(now_, burst_at_);
+    if (burst_.job != JOB_NONE) return std::max(time_.now, burst_at_);
     switch (main_loop_job(&orders_)) {
     case JOB_NONE:
     case JOB_BREATHE: break;  // light() works it out
     case JOB_REPEAT: return repeat_at_;
     case JOB_LOOP:
-        if (loop_due_) return now_;
+        if (loop_due_) return time_.now;
         break;
-    default: return now_;
+    default: return time_.now;
     }
     if (!orders_answer_due(&orders_) || orders_.state == STATE_BOOT_LOADER) return NEVER;
-    if (orders_.state != STATE_IDLE || orders_.reports.used > 0) return now_;
+    if (orders_.state != STATE_IDLE || orders_.reports.used > 0) return time_.now;
     // A request waits for the end of its step.
-    return state_since_ + ((now_ - state_since_) / BREATH_STEP + 1) * BREATH_STEP;
+    return state_since_ + ((time_.now - state_since_) / BREATH_STEP + 1) * BREATH_STEP;
 }
 
 // A burst takes a pass a frame, so that interrupts come between its frames.
@@ -288,8 +265,8 @@ void Module::pass() {
     if (burst_.job != JOB_NONE || life_ != Life::ALIVE) return;
     if (broadcast_pending_) {
         broadcast_pending_ = false;
-        emit_answers(now_);
-        can_frames.push_back({now_, broadcast_});
+        emit_answers(time_.now);
+        can_frames.push_back({time_.now, broadcast_});
     }
     forward_reports();
     if (orders_take_poll(&orders_)) answer_poll();
@@ -325,7 +302,7 @@ void Module::set_up() {
 // Calls loop(), and again at each tick up to the next one that brings more than itself. A loop()
 // that took time is called again at once.
 void Module::run_loop() {
-    Cycles quiet_until = orders_answer_due(&orders_) ? 0 : until_;
+    Cycles quiet_until = orders_answer_due(&orders_) ? 0 : time_.until;
     if (!can_inbox_.empty()) quiet_until = std::min(quiet_until, can_inbox_.front().at);
     if (!cell_inbox_.empty()) quiet_until = std::min(quiet_until, cell_inbox_.front().at);
     const auto &table = program_->table();
@@ -333,22 +310,22 @@ void Module::run_loop() {
     in_program_ = true;
     *table.budget = TURNS_PER_TICK;
     do {
-        before = now_;
+        before = time_.now;
         loop_due_ = false;
         loop_();
         busy_.came_back(*table.budget);
         if (table.settle != nullptr) table.settle();
-    } while (now_ == before && pass_tick(table, quiet_until));
+    } while (time_.now == before && pass_tick(table, quiet_until));
     in_program_ = false;
-    if (now_ > before) loop_due_ = true;
+    if (time_.now > before) loop_due_ = true;
 }
 
 /// Goes on to the next tick if that comes before `quiet_until` and does nothing but count.
 inline bool Module::pass_tick(const kt_table_t &table, Cycles quiet_until) {
     const bool plain = turns_.increment == TICK_MATCH && !interrupts_off_ && !broadcast_pending_;
-    if (next_tick_ >= quiet_until || turns_due_at_next_tick(&turns_) || !plain) return false;
-    now_ = std::max(now_, next_tick_);
-    next_tick_ += tick_;
+    if (time_.next_tick >= quiet_until || turns_due_at_next_tick(&turns_) || !plain) return false;
+    time_.now = std::max(time_.now, time_.next_tick);
+    time_.next_tick += time_.tick_length;
     turns_tick(&turns_);
     last_tick_ = *table.ticks + 1;
     *table.ticks = last_tick_;
@@ -371,17 +348,17 @@ bool Module::send_burst_frame() {
 void Module::end_burst() {
     const uint8_t job = burst_.job;
     burst_end(&burst_, &orders_);
-    repeat_at_ = now_ + LIGHTS_CYCLES;
+    repeat_at_ = time_.now + LIGHTS_CYCLES;
     if (job != JOB_START_ROBOTS) return;
-    record_store_clear(&program_->table().module->records->store);
+    record_store_clear(&table().module->records->store);
     loop_due_ = true;
 }
 
 /// Notes a change of the state, which was `before`. The light that breathing leaves stays.
 void Module::follow_state(uint8_t before) {
     if (orders_.state == before) return;
-    if (before == STATE_IDLE) lights_.fill(breathing(now_));
-    state_since_ = now_;
+    if (before == STATE_IDLE) lights_.fill(breathing(time_.now));
+    state_since_ = time_.now;
 }
 
 // Only a reset brings it back.
@@ -389,14 +366,14 @@ void Module::stop(EventKind kind, std::string text, CodePath code) {
     report(kind, std::move(text), std::move(code));
     life_ = Life::STOPPED;
     asking_ = answered_ = Asking::NOTHING;
-    suspended_.clear();
+    drop_call();
     can_inbox_.clear();
     cell_inbox_.clear();
 }
 
 void Module::report(EventKind kind, std::string text, CodePath code) {
     context_.events.push_back(
-        {now_, index_, last_tick_, program_->name(), kind, std::move(text), std::move(code)});
+        {time_.now, index_, last_tick_, program_->name(), kind, std::move(text), std::move(code)});
 }
 
 }  // namespace kilotwin

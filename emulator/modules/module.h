@@ -26,9 +26,7 @@
 #include "base/events.h"
 #include "robots/eeprom.h"
 #include "robots/infrared_gains.h"
-#include "robots/native/busy_watch.h"
-#include "robots/native/program.h"
-#include "robots/native/stack.h"
+#include "robots/native/guest.h"
 #include "runtime/core/bursts.h"
 #include "runtime/core/orders.h"
 #include "runtime/core/turns.h"
@@ -70,7 +68,7 @@ struct CellEmission {
 };
 
 /// One per module of a grid that runs as a guest. The grid executes it; times are the world's.
-class Module {
+class Module final : public NativeGuest {
   public:
     /// States of the core (orders.h).
     enum class State : uint8_t {
@@ -103,13 +101,7 @@ class Module {
     /// state and belongs to the caller. Throws EngineError if `program` is a robot's.
     Module(ModuleContext &context, Program &program, uint32_t index, uint8_t x, uint8_t y,
            Cycles tick, Cycles power_up, uint8_t *image);
-    ~Module();
-    Module(Module &&) = default;
-    Module(const Module &) = delete;
-    Module &operator=(const Module &) = delete;
-
-    /// Prepares the calling thread; once, before it runs modules.
-    static void serve_this_thread();
+    Module(Module &&) = default;  ///< for containers; it is never moved
 
     /// Runs everything strictly before `until`, but stops where the module is about to send by
     /// infrared. Returns the time run up to: `until`, or outgoing().at.
@@ -162,7 +154,7 @@ class Module {
     uint32_t index() const { return index_; }  ///< in the grid
     uint8_t x() const { return x_; }           ///< column
     uint8_t y() const { return y_; }           ///< row
-    Cycles now() const { return now_; }        ///< the time run up to
+    Cycles now() const { return time_.now; }   ///< the time run up to
     State state() const { return static_cast<State>(orders_.state); }
     const char *state_name() const;                          ///< as the run folder has it
     bool stopped() const { return life_ == Life::STOPPED; }  ///< its program failed
@@ -174,8 +166,8 @@ class Module {
 
     /// A byte of its EEPROM of EEPROM_BYTES; addresses wrap. What is written counts from the next
     /// use on.
-    uint8_t eeprom(uint16_t address) const;
-    void set_eeprom(uint16_t address, uint8_t value);
+    uint8_t eeprom(uint16_t address) const override;
+    void set_eeprom(uint16_t address, uint8_t value) override;
 
     /// Error counters of its CAN controller, for health reports.
     void set_can_errors(uint8_t tec, uint8_t rec) {
@@ -220,14 +212,13 @@ class Module {
     };
 
     /// Functions that the guest calls.
-    static const kt_module_host_t MODULE_HOST;
-    static const kt_host_t HOST;
-    struct HostCalls;
+    static const kt_module_host_t MODULE_CALLS;
+    static const kt_host_t &calls();
+    struct ModuleCalls;
 
     // module.cpp: power, running ahead, jobs of the main loop, lights, EEPROM.
-    static void body(void *module);
     void go_on(Cycles until);  ///< executes up to there, or to a question
-    void live();               ///< on the guest stack: main(), then the main loop
+    void live() override;      ///< main(), then the main loop
     /// Whether it provably has no observable effect before `until`.
     bool has_nothing_before(Cycles until) const;
     /// Whether what is answered leaves nothing to do that cannot wait.
@@ -248,13 +239,16 @@ class Module {
     /// Calls into the program with its state in place.
     template <typename Call> void run_program(Call call);
     void switch_off();
-    void stop(EventKind kind, std::string text, CodePath code = {});
-    void report(EventKind kind, std::string text, CodePath code = {});
+    void stop(EventKind kind, std::string text, CodePath code = {}) override;
+    void report(EventKind kind, std::string text, CodePath code = {}) override;
+    uint8_t &noted() override { return noted_; }
+    bool is_stopped() const override { return life_ == Life::STOPPED; }
+    void abandoned() override { in_program_ = in_interrupt_ = false; }
 
     // modules/interrupts.cpp: timer, transmitter, receiver.
     Cycles next_interrupt() const;    ///< the earliest of tick, CAN, infrared
     void serve_interrupt(Cycles at);  ///< the one that is due then
-    void tick();                      ///< compare match of timer 0
+    void tick() override;             ///< compare match of timer 0
     void take_turn();                 ///< the next cell sends, if it repeats a message
     void ask(Asking why, uint8_t cell, const message_t &message);
     void settle();                 ///< acts on the answer
@@ -285,31 +279,23 @@ class Module {
     uint16_t configuration_crc() const;
 
     // modules/calls.cpp: the API.
-    void attend_stack();
-    void wait_until(Cycles wake);
-    void budget_spent(const uint8_t *frame);
-    void came_back() { busy_.came_back(*program_->table().budget); }
-
-    /// The module that the guest's calls act on.
-    inline static Module *running_ = nullptr;
+    void init() override;
+    void start() override { life_ = Life::ALIVE; }
+    void wait_until(Cycles wake) override;
+    uint64_t random_bits() override;
+    uint8_t distance_mm(distance_measurement_t measured) const override;
+    void print(const char *text, uint32_t bytes, uint8_t line) override;
 
     ModuleContext &context_;
-    Program *program_;                     ///< shared by all modules
-    uint8_t *image_;                       ///< its state while another module's is in place
-    SuspendedCall suspended_;              ///< the program in a delay(), or between runs
     std::vector<CanReception> can_inbox_;  ///< in order of time, as cell_inbox_
     std::vector<CellReception> cell_inbox_;
     std::vector<CanOutput> answers_;       ///< in order of time, not yet handed out
     std::unique_ptr<EepromImage> eeprom_;  ///< once the program has written to it
     InfraredGains gains_;
-    BusyWatch busy_;
 
     // Time.
-    Cycles now_;                ///< the time run up to
-    Cycles until_ = 0;          ///< of the run that goes on
+    GuestTime own_time_;        ///< time_
     Cycles unheard_until_ = 0;  ///< frames that end before need no answer
-    Cycles tick_;               ///< length of its tick
-    Cycles next_tick_ = NEVER;  ///< compare match of timer 0
     Cycles power_up_;           ///< also of the last reset
     Cycles busy_until_ = 0;     ///< interrupts are off: the CAN controller keeps two frames
     Cycles wake_ = NEVER;       ///< when the suspended program goes on
@@ -319,8 +305,6 @@ class Module {
     Cycles dwell_end_;          ///< when the receiver goes to the next cell
     Cycles held_from_ = 0, held_until_ = 0;  ///< a frame holds the receiver
     // Program and outputs.
-    void (*setup_)(void) = nullptr;
-    void (*loop_)(void) = nullptr;
     uint64_t rand_hard_draws_ = 0;  ///< so far
     uint64_t unheard_ = 0;          ///< frames sent within run_unheard()
     uint32_t index_;
@@ -342,13 +326,9 @@ class Module {
     Asking answered_ = Asking::NOTHING;  ///< the question to answer_, until settle() acts on it
     Answer answer_ = Answer::SENT;
     bool broadcast_pending_ = false;
-    bool loop_due_ = false;        ///< a tick has passed since loop() came back
-    bool in_program_ = false;      ///< on the guest stack, in code of the program
-    bool in_interrupt_ = false;    ///< in one of its callbacks
-    bool interrupts_off_ = false;  ///< by cli()
-    bool tick_pending_ = false;    ///< one came meanwhile
-    orders_t orders_;              ///< state, transfers, what the main loop has to do
-    burst_t burst_{};              ///< the one on its way, if its job is not JOB_NONE
+    bool in_program_ = false;  ///< on the guest stack, in code of the program
+    orders_t orders_;          ///< state, transfers, what the main loop has to do
+    burst_t burst_{};          ///< the one on its way, if its job is not JOB_NONE
 };
 
 }  // namespace kilotwin

@@ -7,8 +7,10 @@
 #include <memory>
 
 #include "avr/differential_test.h"
+#include "base/errors.h"
 #include "python/specification.h"
-#include "robots/native/program.h"
+#include "robots/native/driver.h"
+#include "robots/translated/driver.h"
 
 namespace nb = nanobind;
 
@@ -70,6 +72,17 @@ nb::list native_prints(const DifferentialTest &self) {
     return out;
 }
 
+/// Of one robot.
+std::unique_ptr<Driver> driver_of(const std::string &tier, const std::string &guest,
+                                  const std::string &name) {
+    switch (tier_of(tier)) {
+    case Tier::NATIVE: return std::make_unique<NativeDriver>(Program::load(guest, name), 1);
+    case Tier::TRANSLATED:
+        return std::make_unique<TranslatedDriver>(TranslatedProgram::load(guest, name), 1);
+    default: throw EngineError("a chip is compared with a native or a translated program");
+    }
+}
+
 }  // namespace
 
 // Both programs are built by the host: the same source for the PC and for the robot.
@@ -79,18 +92,19 @@ void register_differential_test(nb::module_ &m) {
                                  "emulator/avr/differential_test.h.")
         .def(
             "__init__",
-            [](DifferentialTest *self, const std::string &guest, const std::string &elf,
-               const std::string &name, uint64_t seed, uint16_t uid,
+            [](DifferentialTest *self, const std::string &guest, const std::string &tier,
+               const std::string &elf, const std::string &name, uint64_t seed, uint16_t uid,
                const std::vector<nb::bytes> &before_run, double slack_s, bool waits, Entries follow,
                uint32_t ask_every) {
-                new (self) DifferentialTest(Program::load(guest, name), FlashImage::load(elf),
+                new (self) DifferentialTest(driver_of(tier, guest, name), FlashImage::load(elf),
                                             settings_of(seed, uid, before_run, slack_s, waits,
                                                         std::move(follow), ask_every));
             },
-            nb::kw_only(), nb::arg("guest"), nb::arg("elf"), nb::arg("name"), nb::arg("seed"),
-            nb::arg("uid"), nb::arg("before_run"), nb::arg("slack_s"), nb::arg("waits"),
-            nb::arg("follow").none(), nb::arg("ask_every") = 0,
-            "Built by guest_build and avr_build. `before_run`: messages, nine data bytes and the "
+            nb::kw_only(), nb::arg("guest"), nb::arg("tier"), nb::arg("elf"), nb::arg("name"),
+            nb::arg("seed"), nb::arg("uid"), nb::arg("before_run"), nb::arg("slack_s"),
+            nb::arg("waits"), nb::arg("follow").none(), nb::arg("ask_every") = 0,
+            "Built by guest_build and avr_build; `tier` is the guest's. `before_run`: messages, "
+            "nine data bytes and the "
             "type each; `ask_every`: ticks from question to question for vitals, 0 none.")
         .def(
             "run", [](DifferentialTest &self, uint32_t ticks) { self.run(ticks); },

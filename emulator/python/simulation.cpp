@@ -98,14 +98,9 @@ const Robot &robot_of(const PythonSimulation &self, size_t robot) {
     return self.simulation().robot(robot);
 }
 
-// Path of a robot's guest, or of its .hex: a robot on a board has no guest, but its group's file.
+// Path of a robot's guest, or of its image.
 std::string program_of(const PythonSimulation &self, size_t robot) {
-    if (!robot_of(self, robot).on_board()) return robot_of(self, robot).program().path();
-    for (const auto &group : self.def.groups) {
-        if (robot < group.count) return group.program;
-        robot -= group.count;
-    }
-    return {};
+    return robot_of(self, robot).driver().path();
 }
 
 // [N, 2]: duties of the left and the right motor, 0 to 255.
@@ -130,7 +125,7 @@ nb::object frames_of(const PythonSimulation &self) {
 
 // The bytes of a guest's variables, as its program has laid them out.
 nb::bytes state_of(const PythonSimulation &self, size_t robot) {
-    auto bytes = robot_of(self, robot).state();
+    auto bytes = robot_of(self, robot).variables();
     return nb::bytes(bytes.data(), bytes.size());
 }
 

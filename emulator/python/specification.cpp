@@ -180,7 +180,7 @@ Grid::Settings grid_of(Table from) {
                            .infrared = cell_infrared_of(from["cells"].table()),
                            .faults = {},
                            .error_share = from["error_share"],
-                           .on_board = from["on_board"]};
+                           .tier = tier_of(from["tier"])};
     for (nb::handle item : from["faults"].as<nb::list>())
         grid.faults.push_back(fault_of(Table(nb::cast<nb::dict>(item), "grid.faults.")));
     from.end();
@@ -197,7 +197,7 @@ std::vector<SimulationDef::Group> groups_of(const nb::list &from) {
                                       .name = table["name"],
                                       .count = table["count"],
                                       .poses = {},
-                                      .on_board = table["on_board"]};
+                                      .tier = tier_of(table["tier"])};
         if (!table["poses"].is_none()) group.poses = poses_of(table["poses"].held());
         if (!group.poses.empty() && group.poses.size() != group.count)
             throw EngineError("a group has as many poses as robots, or none");
@@ -357,6 +357,16 @@ SampleExtras extras_of(Table extras) {
 }
 
 }  // namespace
+
+Tier tier_of(const std::string &word) {
+    static constexpr std::pair<const char *, Tier> TIERS[] = {{"native", Tier::NATIVE},
+                                                              {"translated", Tier::TRANSLATED},
+                                                              {"chip", Tier::CHIP},
+                                                              {"interpreted", Tier::INTERPRETED}};
+    for (const auto &[name, tier] : TIERS)
+        if (word == name) return tier;
+    throw EngineError("a tier is native, translated, chip or interpreted, not " + word);
+}
 
 message_t message_of(const nb::bytes &bytes) {
     if (bytes.size() != WIRE_DATA_BYTES + 1)

@@ -9,12 +9,18 @@
 
 #include <nanobind/nanobind.h>
 
+#include <string>
+
+#include "robots/tier.h"
 #include "simulation/simulation.h"
 
 namespace kilotwin {
 
 /// The whole run. Lengths are in m, angles in rad, times in ticks or s, as the keys say.
 SimulationDef definition_of(const nanobind::dict &from);
+
+/// A tier by its word: native, translated, chip or interpreted.
+Tier tier_of(const std::string &word);
 
 /// A message without its CRC: nine data bytes and the type, no more and no fewer.
 message_t message_of(const nanobind::bytes &bytes);

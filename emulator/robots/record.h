@@ -1,8 +1,10 @@
-/// All that changes of a robot while it runs, but for its program's variables: a copy is the robot
-/// at a moment, to which it can be brought back (robot.h).
+/// The record of a robot: what all robots have, however their programs are executed. What a driver
+/// needs besides is its own (driver.h). A copy is the robot at a moment, to which it can be brought
+/// back.
 #ifndef KILOTWIN_ROBOTS_RECORD_H
 #define KILOTWIN_ROBOTS_RECORD_H
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -17,12 +19,11 @@
 #include "kilolib/core/robot_commands.h"
 #include "robots/eeprom.h"
 #include "robots/infrared_gains.h"
-#include "robots/native/busy_watch.h"
-#include "robots/native/program.h"
-#include "robots/native/serial_line.h"
-#include "robots/native/stack.h"
+#include "robots/timer.h"
 
 namespace kilotwin {
+
+class Driver;
 
 /// A frame that a robot receives; delivered when it ends.
 struct Reception {
@@ -65,129 +66,137 @@ struct RobotContext {
     bool recalls_passes = true;        ///< of translated programs, those that change nothing
 };
 
-class RobotRecord {
-  public:
-    /// Answers of the channel that a robot may wait for: whether its program is to be asked for a
-    /// message, or whether the one that it wants to send finds the channel free.
-    enum class Question : uint8_t { NONE, MAY_ASK, IS_CHANNEL_FREE };
+/// Faults that are noted once per robot, as bits: mistakes that its program survives, and an order
+/// that cannot be obeyed here.
+enum Mistakes : uint8_t {
+    DIVIDES_BY_ZERO = 1,
+    LOST_POINTER = 2,      ///< an address in the robot's RAM that this program does not have
+    BEYOND_VARIABLES = 4,  ///< an address just outside its variables
+    JUMPS_TO_ZERO = 8,     ///< a restart, as `jmp 0` does
+    HAS_NO_LOADER = 16,    ///< BOOT came, to a program that has no flash
+};
 
-  protected:
+struct RobotRecord : GuestTime {
+    /// Questions to the channel that a robot may wait for: whether its program is to be requested
+    /// for a message, or whether the one that it wants to send finds the channel free.
+    enum class Question : uint8_t { NONE, MAY_ASK, IS_CHANNEL_FREE };
     /// STOPPED: its program crashed or never came back; it stays where it is.
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
 
-    /// A frame whose edges a translated program has not all taken.
-    struct Light {
-        uint64_t begin;  ///< own cycles
-        message_t message;
-        uint16_t slot;  ///< edges before it have been taken
-    };
+    RobotRecord(RobotContext &of_all, Driver &of_group, uint32_t number,
+                const Calibration &calibrated, Cycles switched_on)
+        : GuestTime{.now = switched_on, .tick_length = calibrated.tick},
+          driver(&of_group),
+          context(&of_all),
+          index(number),
+          outgoing(),
+          power_up(switched_on),
+          calibration(calibrated) {}
 
-    /// State of a robot whose EEPROM was written to, that heard others answer a host, or that
-    /// printed by the serial line; of a translated one that was shone on.
-    struct Rare {
-        Own<EepromImage> eeprom;   ///< once it was written to
-        Own<gain_tables_t> gains;  ///< found by the program when it started; null: those of its
-                                   ///< calibration
-        robot_heard_t heard;
-        SerialLine serial;          ///< not of a translated program
-        Own<std::string> line;      ///< that it prints, of a translated program
-        uint64_t eeprom_free = 0;   ///< of a translated program: when it has written the last byte,
-        uint64_t light_asked = 0;   ///< and when it last asked whether a frame has begun
-        std::vector<Light> lights;  ///< in order of time
-        std::vector<Cycles> told;   ///< when messages beside the medium come, of a translated
-                                    ///< program that may miss others
-    };
+    // By lines of the cache, with GuestTime first: those that every run needs ...
+    Driver *driver;
+    void *own = nullptr;          ///< its driver's state of it
+    Cycles next_message = NEVER;  ///< when the first of its inbox ends
+    /// Until then only ticks pass: nothing else of its program need be looked at, and a translated
+    /// one executes nothing (translated/rest.cpp). 0 when the program may have changed that.
+    Cycles only_ticks_until = 0;
 
-    RobotRecord(RobotContext &context, Program *program, uint8_t *image, uint32_t index,
-                const std::string &name, const Calibration &calibration, Cycles power_up)
-        : program_(program),
-          image_(image),
-          now_(power_up),
-          tick_length_(calibration.tick),
-          context_(&context),
-          index_(index),
-          outgoing_(),
-          state_since_(power_up),
-          power_up_(power_up),
-          name_(&name),
-          calibration_(calibration) {}
-
-    // By lines of the cache: the first two are what every run needs ...
-    Program *program_ = nullptr;  ///< null: it runs on a board
-    uint8_t *image_ = nullptr;    ///< its state while another robot's is in place
-    Cycles now_;                  ///< the time run up to
-    Cycles until_ = 0;            ///< of the run that goes on
-    Cycles tick_length_;          ///< calibration_'s, where every run needs it
-    Cycles next_tick_ = NEVER;    ///< compare match of timer 0
-    /// Until then only ticks pass: run_loop() can skip its checks, and a translated program
-    /// executes nothing (translated/rest.cpp). 0 when the program may have changed that.
-    Cycles only_ticks_until_ = 0;
-    void (*loop_)(void) = nullptr;
-
-    RobotContext *context_;
-    Cycles next_message_ = NEVER;  ///< when the first of its inbox ends
-    uint64_t outputs_seen_ = 0;    ///< registers of motors and LED, when last looked at
-    BusyWatch busy_;
-    uint32_t index_;
-    uint32_t last_tick_ =
-        0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
-    uint32_t inbox_next_ = 0;  ///< those before it have been taken
-    uint32_t waits_past_tick_ =
-        0;  ///< of a callback that waits: so long after next_tick_ it goes on
-    robot_core_t core_ = {};
-    int16_t stale_conversion_ =
-        -1;  ///< of get_voltage(): the next message's high gain is read from its channel
-    Life life_ : 2 = Life::OFF;
-    Question question_ : 2 = Question::NONE;
-    bool is_suspended_ : 1 = false;  ///< a call waits in suspended_, which only then is looked at
-    bool arbitrated_ : 1 = false;    ///< the channel decides, by answer()
-    bool in_interrupt_ : 1 = false;  ///< in a callback of the program; translated: in an interrupt
-    bool interrupts_off_ : 1 = false;  ///< by cli()
-    bool loop_due_ : 1 = false;        ///< a tick has passed since loop() came back
-    bool answer_ : 1 = false;          ///< of the channel
-    bool tick_pending_ : 1 = false;    ///< a tick came while interrupts were off
-    bool has_no_message_ : 1 = false;  ///< of a translated program, up to only_ticks_until_
-    bool in_the_dark_ : 1 = false;     ///< no frame is being received: its program may be asked
-    uint8_t nulls_ : 3 = 0;  ///< so many times running it had no message when asked, up to some
+    RobotContext *context;
+    uint64_t outputs_seen = 0;  ///< registers of motors and LED, when last looked at
+    uint32_t index;
+    /// kilo_ticks after the last tick, for reports: the program may spoil its own.
+    uint32_t last_tick = 0;
+    uint32_t inbox_next = 0;       ///< those before it have been taken
+    uint32_t waits_past_tick = 0;  ///< of a callback that waits: so long after next_tick it goes on
+    robot_core_t core = {};
+    Life life : 2 = Life::OFF;
+    Question question : 2 = Question::NONE;
+    bool arbitrated : 1 = false;   ///< the channel decides, by answer
+    bool answer : 1 = false;       ///< of the channel
+    bool in_the_dark : 1 = false;  ///< no frame is being received: its program may be requested
+    /// Up to only_ticks_until its program, whenever it is requested for a message, has none.
+    bool has_no_message : 1 = false;
+    /// So many times running its program had no message when requested, up to QUIET.
+    uint8_t nulls : 3 = 0;
+    uint8_t noted = 0;  ///< Mistakes
 
     // ... the next two what comes in and goes out ...
-    Few<Reception, 2> inbox_;  ///< in order of time, from inbox_next_ on
-
-  public:
-    /// Motor commands of the last run(), in order of time; the caller clears them.
+    Few<Reception, 2> inbox;  ///< in order of time, from inbox_next on
+    /// Motor commands of the last run, in order of time; the caller clears them.
     Few<MotorCommand, 2> motor_commands;
 
-  protected:
-    // ... then what blocking calls, sending and receiving by the Kilobot's medium, and other
-    // outputs need ...
-    SuspendedCall suspended_;  ///< the program in a delay(), or between runs
-    Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
-    message_t outgoing_;                   ///< of the attempt
-    uint16_t period_ = TX_PERIOD_DEFAULT;  ///< kilo_tx_period of a program that settles it
-
-  public:
+    // ... then what sending and receiving by the Kilobot's medium, and other outputs need ...
+    Cycles granted_from = NEVER, granted_to = 0, granted_until = 0;
+    message_t outgoing;  ///< of the attempt
     /// Reading of the light sensor from now on, 0..1023; set from outside.
     int16_t light = 0;
-
-  protected:
-    Few<std::pair<Cycles, Cycles>, 1> frames_seen_;  ///< light on the receiver: begin, end
-    Cycles driven_ = 0;                              ///< with a motor on, up to driving_since_
-    Cycles driving_since_ = NEVER;
-    uint32_t rand_hard_draws_ = 0;  ///< so far
-    uint8_t left_ = 0, right_ = 0;  ///< duties
-    uint8_t color_ = 0;             ///< of the LED, as the program set it
-    uint8_t noted_ = 0;             ///< Mistakes
+    Few<std::pair<Cycles, Cycles>, 1> frames_seen;  ///< light on the receiver: begin, end
+    Cycles driven = 0;                              ///< with a motor on, up to driving_since
+    Cycles driving_since = NEVER;
+    uint32_t rand_hard_draws = 0;  ///< so far
+    uint8_t left = 0, right = 0;   ///< duties
+    uint8_t color = 0;             ///< of the LED, as the program set it
 
     // ... and what changes rarely.
-    Own<Rare> rare_;           ///< by written()
-    Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
-    Cycles state_since_;       ///< for the light of states
-    Cycles acts_at_ = 0;       ///< when the main loop sees the state; of SLEEPING: when it last
-                               ///< went down (sleep_rhythm.h)
-    Cycles power_up_;
-    void (*setup_)(void) = nullptr;
-    const std::string *name_;  ///< of its program
-    Calibration calibration_;
+    Cycles overflow = NEVER;  ///< after a retry: when the timer's next ordinary match comes
+    Cycles power_up;
+    Own<EepromImage> eeprom_image;  ///< once it was written to
+    Calibration calibration;
+
+    static constexpr int QUIET = 4;
+
+    // Time and the channel (record.cpp).
+
+    void inbox_changed() {
+        next_message = inbox_next < inbox.size() ? inbox[inbox_next].at : NEVER;
+    }
+    void forget_taken();  ///< those of its inbox
+    Cycles next_interrupt() const { return std::min(next_message, next_tick); }
+    bool ticks_are_ordinary() const { return core.transmit.increment == TICK_MATCH; }
+    timer_matches_t next_matches() const {
+        return {next_tick, ticks_are_ordinary() ? next_tick + tick_length : overflow};
+    }
+    Cycles next_answer() const;  ///< of its runtime, to a question
+    /// When its transmit clock is next due, if the program has `period`; it runs or is set up.
+    Cycles next_request(uint16_t period) const {
+        return transmit_clock_next_request(&core.transmit, period, next_matches(), tick_length);
+    }
+    bool may_send() const { return !arbitrated || (granted_from <= now && now <= granted_to); }
+    /// A frame that no other can disturb begins now.
+    void emit(const message_t &message);
+
+    // Inputs.
+
+    void receive(Cycles at, const message_t &message, distance_measurement_t distance) {
+        // Most come in order, and after the first one nothing else of the robot has to be looked
+        // at.
+        if (inbox.empty()) {
+            if (life == Life::STOPPED) return;
+            next_message = at;
+        } else if (at < inbox.back().at) {
+            return receive_before_others(at, message, distance);
+        }
+        Reception &last = inbox.emplace_back();  // filled where it stands, as frames are
+        last.at = at;
+        last.message = message;
+        last.distance = distance;
+    }
+    void receive_before_others(Cycles at, const message_t &message,
+                               distance_measurement_t distance);
+    void see_frame(Cycles begin, Cycles end);  ///< light on its receiver
+    bool disturbed() const;                    ///< by such light, now
+    uint8_t eeprom(uint16_t address) const;
+    void set_eeprom(uint16_t address, uint8_t value);
+
+    // Outputs.
+
+    /// Converter reading of its battery, 0..1023.
+    int16_t voltage(Cycles at) const;
+    void drive(const MotorCommand &command);
+    void report(EventKind kind, std::string text, CodePath code = {});
+    void note(uint8_t mistake, std::string text, CodePath code = {});  ///< once each
+    /// Its program failed. Its driver frees what only a running program needs.
+    void stop(EventKind kind, std::string text, CodePath code = {});
 };
 
 }  // namespace kilotwin

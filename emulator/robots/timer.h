@@ -12,6 +12,14 @@ namespace kilotwin {
 constexpr Cycles SENSE_CYCLES = LEADER_REST_SLOTS * SLOT_CYCLES + LEADER_POLLS * POLL_CYCLES;
 constexpr uint32_t RAND_HARD_CYCLES = CYCLES_PER_SECOND / 2000;
 
+/// Time of a robot or a module.
+struct GuestTime {
+    Cycles now;                ///< the time run up to
+    Cycles until = 0;          ///< end of the run that goes on
+    Cycles tick_length;        ///< of a tick, by its own oscillator
+    Cycles next_tick = NEVER;  ///< compare match of timer 0
+};
+
 }  // namespace kilotwin
 
 #endif

@@ -8,11 +8,14 @@
 #include <cstring>
 
 #include "avr/boards/board_stations.h"
+#include "avr/boards/chip_driver.h"
 #include "base/errors.h"
 #include "grid/cell_stations.h"
 #include "infrared/ideal_channel.h"
 #include "infrared/kilobot_channel.h"
 #include "physics/placement.h"
+#include "robots/native/driver.h"
+#include "robots/translated/driver.h"
 #include "simulation/simulation.h"
 
 namespace kilotwin {
@@ -51,6 +54,15 @@ size_t count_robots(const SimulationDef &def) {
     size_t count = 0;
     for (const auto &group : def.groups) count += group.count;
     return count;
+}
+
+/// The image of a robot on a board; EngineError if it is none.
+std::shared_ptr<const FlashImage> robots_image(const std::string &file) {
+    auto flash = FlashImage::load(file);
+    if (flash->is_overhead_controllers())
+        throw EngineError(file + ": an overhead controller's program, which listens to the serial "
+                                 "line and not to infrared; name a robot's");
+    return flash;
 }
 
 }  // namespace
@@ -100,7 +112,6 @@ Simulation::~Simulation() {
     if (black_box_ != nullptr) munmap(black_box_, sizeof *black_box_);
 }
 
-// Guests of a group share a program; each has an image of its own that begins a cache line.
 void Simulation::create_robots() {
     std::vector<Pose> given, poses;
     for (const auto &group : def_.groups)
@@ -115,34 +126,44 @@ void Simulation::create_robots() {
     robots_.reserve(poses.size());
     uint32_t index = 0;
     for (const auto &group : def_.groups) {
-        const auto flash = group.on_board ? FlashImage::load(group.program) : nullptr;
-        if (flash && flash->is_overhead_controllers())
-            throw EngineError(
-                group.program +
-                ": an overhead controller's program, which listens to the serial line "
-                "and not to infrared; name a robot's");
-        Program *program = group.on_board ? nullptr : &Program::load(group.program, group.name);
-        const size_t lines = program != nullptr ? cache_lines(program->state_bytes()) : 0;
-        images_.emplace_back(lines * group.count);
-        const auto handlers = program != nullptr ? program->own_handlers() : std::string();
-        if (!handlers.empty())
-            events_.push_back({0, index, 0, program->name(), EventKind::NOTE,
-                               "its own interrupt handlers are never called here: " + handlers});
+        const auto flash = is_on_board(group.tier) ? robots_image(group.program) : nullptr;
+        drivers_.push_back(make_driver(group, index));
         for (size_t i = 0; i < group.count; i++, index++) {
             auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
                                                 static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
-            const Calibration calibration = calibrate(index);
-            if (flash) {
-                robots_.emplace_back(context_, group.name, index, calibration, power_up);
-                boards_.add(index, *flash, power_up);
-            } else {
-                robots_.emplace_back(context_, *program, index, calibration, power_up,
-                                     images_.back()[i * lines].bytes);
-            }
-            robots_.back().light = def_.light.at(poses[index].position, def_.arena);
+            robots_.emplace_back(context_, *drivers_.back(), index, calibrate(index), power_up);
+            if (flash) boards_.add(index, *flash, power_up);
+            robots_.back().set_light(def_.light.at(poses[index].position, def_.arena));
         }
     }
     create_bodies(poses, objects);
+}
+
+// Robots of a group share a program. `first` is the first robot of the group, for events.
+std::unique_ptr<Driver> Simulation::make_driver(const SimulationDef::Group &group, uint32_t first) {
+    std::string handlers;
+    std::unique_ptr<Driver> driver;
+    switch (group.tier) {
+    case Tier::NATIVE: {
+        Program &program = Program::load(group.program, group.name);
+        handlers = program.own_handlers();
+        driver = std::make_unique<NativeDriver>(program, group.count);
+        break;
+    }
+    case Tier::TRANSLATED: {
+        TranslatedProgram &program = TranslatedProgram::load(group.program, group.name);
+        handlers = program.own_handlers();
+        driver = std::make_unique<TranslatedDriver>(program, group.count);
+        break;
+    }
+    case Tier::CHIP:
+    case Tier::INTERPRETED:
+        driver = std::make_unique<ChipDriver>(group.tier, group.name, group.program);
+    }
+    if (!handlers.empty())
+        events_.push_back({0, first, 0, group.name, EventKind::NOTE,
+                           "its own interrupt handlers are never called here: " + handlers});
+    return driver;
 }
 
 // Spreads are cut at three standard deviations, so that no robot is an extreme one. A lab's robot
@@ -234,14 +255,14 @@ void Simulation::create_ideal_channel() {
 
 // From power-up to RUN robots wait on their places for what the host orders.
 void Simulation::boot() {
-    Robot::serve_this_thread();
+    NativeGuest::serve_this_thread();
     note_work(true);
     give_commands(start_);
     for (auto &robot : robots_) robot.run(start_);
     channel_->boot(start_);
     for (uint32_t robot : boards_.robots()) wake_[robot] = NEVER;  // the channel executes them
     emissions_.clear();
-    for (auto &robot : robots_) robot.motor_commands.clear();
+    for (auto &robot : robots_) robot.motor_commands().clear();
     now_ = start_;
     sample_if_due();
     note_work(false);

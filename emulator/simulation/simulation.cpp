@@ -37,7 +37,7 @@ int64_t Simulation::tick_of(Cycles at) const {
 // The loop
 
 void Simulation::advance(int64_t ticks) {
-    Robot::serve_this_thread();
+    NativeGuest::serve_this_thread();
     note_work(true);
     const Cycles end = end_of_step(now_ + static_cast<Cycles>(ticks) * TICK_CYCLES, step_);
     channel_->host_silent_until(end);
@@ -87,7 +87,7 @@ void Simulation::give(const Command &command, Cycles at) {
         if (!command.is_everywhere() &&
             (bodies_->position(index) - command.centre).norm() > command.radius_m)
             continue;
-        robot.tell(at, command.message);
+        robot.receive_beside(at, command.message);
         channel_->order(index, at);
     }
 }
@@ -131,13 +131,13 @@ void Simulation::set_peak(size_t lamp, double reading) {
 /// Between two calls of advance() no robot has been executed beyond now_.
 void Simulation::shine_on_robots() {
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        robots_[robot].light = def_.light.at(bodies_->position(robot), def_.arena);
+        robots_[robot].set_light(def_.light.at(bodies_->position(robot), def_.arena));
 }
 
 /// Sets readings and floor messages of robots on boards for this step.
 void Simulation::sense_on_boards() {
     for (uint32_t robot : boards_.robots()) {
-        robots_[robot].light = def_.light.at(bodies_->position(robot), def_.arena);
+        robots_[robot].set_light(def_.light.at(bodies_->position(robot), def_.arena));
         floor_->look(robot, NEVER, false);
         floor_->tell(robots_[robot], now_ + step_);
     }
@@ -154,7 +154,8 @@ void Simulation::run_due_robots(Cycles limit) {
 /// Executes a robot through this step, and on up to its lookahead.
 void Simulation::run_on(uint32_t robot, Cycles limit) {
     const Cycles end = now_ + step_;
-    if (light_changes()) robots_[robot].light = def_.light.at(bodies_->position(robot), def_.arena);
+    if (light_changes())
+        robots_[robot].set_light(def_.light.at(bodies_->position(robot), def_.arena));
     limit = floor_->look(robot, limit, !def_.run_ahead);
     Cycles until = end;
     // Less than a step brings nothing: it would be due in the next one all the same.
@@ -168,17 +169,17 @@ void Simulation::run_on(uint32_t robot, Cycles limit) {
 /// A robot has been executed up to `until`; it is not due before. Where it waits for the channel's
 /// answer it goes on in that step.
 void Simulation::ran_ahead(uint32_t robot, Cycles until) {
-    if (!robots_[robot].motor_commands.empty()) take_motor_commands(robot);
+    if (!robots_[robot].motor_commands().empty()) take_motor_commands(robot);
     const bool waits = robots_[robot].question() != Robot::Question::NONE;
     wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until, step_);
 }
 
 void Simulation::take_motor_commands(uint32_t index) {
-    for (const auto &command : robots_[index].motor_commands) {
+    for (const auto &command : robots_[index].motor_commands()) {
         bodies_->command(index, {std::max(command.at, now_), command.left, command.right});
         floor_->disturb(index, command.at);
     }
-    robots_[index].motor_commands.clear();
+    robots_[index].motor_commands().clear();
 }
 
 /// Brings into the cache what the robots due some turns after the i-th need.

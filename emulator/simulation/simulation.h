@@ -50,7 +50,7 @@ struct SimulationDef {
         std::string name;         ///< of the program, in events
         size_t count;             ///< robots
         std::vector<Pose> poses;  ///< empty: placed at random
-        bool on_board;            ///< each robot is an ATmega328P; with the Kilobot medium only
+        Tier tier;                ///< on boards with the Kilobot medium only
     };
     /// A robot on a board that gdb controls, by `port` on 127.0.0.1.
     struct Debugged {
@@ -198,6 +198,7 @@ class Simulation {
 
     // Creation, in creation.cpp, in this order; one of the two channels.
     void create_robots();
+    std::unique_ptr<Driver> make_driver(const SimulationDef::Group &group, uint32_t first);
     /// Differences from robot to robot: oscillator, receiver, uid.
     Calibration calibrate(uint32_t index) const;
     void create_bodies(const std::vector<Pose> &poses, const std::vector<PlacedObject> &objects);
@@ -243,7 +244,7 @@ class Simulation {
     std::vector<Emission> emissions_;  ///< of the robot executed last; the channel takes them
     BlackBox *black_box_ = nullptr;    ///< mapped file that tells which robot runs, or null
     RobotContext context_;             ///< what all robots share
-    std::vector<Swarm<CacheLine>> images_;             ///< state of all robots of a group
+    std::vector<std::unique_ptr<Driver>> drivers_;     ///< by group
     Swarm<Robot> robots_;                              ///< by index; those on boards too
     Boards boards_;                                    ///< empty without chips
     Commands commands_;                                ///< of the definition, those to come

@@ -7,11 +7,15 @@ import pytest
 
 from .tree import C_SUFFIXES, ROOT, includes, owners_of, plant, sources
 
-# From the ground up. The folders of emulator/avr are floors of their own. emulator/physics and its
-# contact/ are one: contact/ builds on arena and motion, and the world builds on contact/.
+# From the ground up. The folders of emulator/robots and emulator/avr are floors of their own. Two
+# folders are one floor with a folder in them: physics with contact/, which builds on arena and
+# motion, and the world builds on contact/; translated with passes/, which it includes and whose
+# tracer interprets its code.
 FLOORS = (
     "emulator/base",
     "emulator/robots",
+    "emulator/robots/native",
+    "emulator/robots/translated",
     "emulator/modules",
     "emulator/physics",
     "emulator/infrared",

@@ -61,7 +61,11 @@ def both_tiers(path: Path, **settings: Any) -> DifferentialTest:
     guest, image = guest_build.build(program), avr_build.build_image(program)
     exactly: Any = {"uid": 7, "before_run": [], "slack_s": 0, "waits": False, "follow": None}
     return DifferentialTest(
-        guest=str(guest.file), elf=str(image.elf), name=guest.name, **{**exactly, **settings}
+        guest=str(guest.file),
+        tier="native",
+        elf=str(image.elf),
+        name=guest.name,
+        **{**exactly, **settings},
     )
 
 

@@ -78,7 +78,7 @@ inline Grid::Settings grid_settings(uint32_t columns, uint32_t rows, uint32_t bu
                          .clock_spread = 1e-4},
             .faults = {},
             .error_share = 0,
-            .on_board = false};
+            .tier = Tier::NATIVE};
 }
 
 /// Foot-bots with the ideal medium in an arena; no robots yet, no floor, no commands.

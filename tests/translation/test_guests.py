@@ -51,6 +51,7 @@ def compared(program: Path, steps: int, seed: int, **settings: Any) -> Different
     exactly: Any = {"uid": 7, "before_run": [], "slack_s": SLACK_S, "waits": False, "follow": None}
     test = DifferentialTest(
         guest=str(guest.file),
+        tier="translated",
         elf=str(image.elf),
         name=guest.name,
         seed=seed,

@@ -80,7 +80,7 @@ void Boards::execute(Cycles until) {
         Place &place = places_[i];
         if (context_.black_box != nullptr)
             context_.black_box->runs(place.index, place.board.tick());
-        place.board.light = place.robot.light;
+        place.board.light = place.robot.light();
         place.board.battery = place.robot.voltage(now_);
         place.board.temperature = context_.temperature;
         place.board.run(until);
@@ -133,9 +133,10 @@ void Boards::take_outputs(Place &place, Cycles until) {
     rest(place.lamp, until);
     for (const auto &serial : outputs.serial)
         if (ends_line(place.line, serial.byte))
-            place.robot.print(serial.at, place.board.tick(), std::exchange(place.line, {}));
+            place.robot.report(serial.at, place.board.tick(), EventKind::PRINT,
+                               std::exchange(place.line, {}));
     for (const auto &[at, reset] : outputs.resets)
-        place.robot.remark(at, place.board.tick(), reset.text());
+        place.robot.report(at, place.board.tick(), EventKind::NOTE, reset.text());
     outputs.clear();
     if (place.failed || place.board.failure().empty()) return;
     place.failed = true;

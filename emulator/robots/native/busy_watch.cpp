@@ -78,11 +78,10 @@ bool holds_long_doubles() {
 
 }  // namespace
 
-BusyWatch::Finding BusyWatch::look(Program &program, const uint8_t *frame, const uint8_t *top,
-                                   bool early) {
+BusyWatch::Finding BusyWatch::look(Program &program, const uint8_t *frame, const uint8_t *top) {
     if (!watch_) watch_ = Own<Watch>::make();
     auto &budget = *program.table().budget;
-    if (std::exchange(watch_->arrives, false)) return found_waiting(program, early);
+    if (std::exchange(watch_->arrives, false)) return found_waiting(program);
     int32_t &held_back = program.turns_held_back;
     if (held_back > 0 && held_back + budget >= 0) return look_early(program, frame, top);
     held_back = 0;
@@ -96,15 +95,15 @@ BusyWatch::Finding BusyWatch::look(Program &program, const uint8_t *frame, const
     const bool waits = fingerprint == watch_->fingerprint;
     if (!waits && --watch_->probes_left > 0) return Finding::LOOKING;
     watch_->probes_left = 0;
-    if (waits) return found_waiting(program, early);
+    if (waits) return found_waiting(program);
     budget = TURNS_PER_TICK;
     return Finding::COMPUTES;
 }
 
-BusyWatch::Finding BusyWatch::found_waiting(Program &program, bool early) {
+BusyWatch::Finding BusyWatch::found_waiting(Program &program) {
     *program.table().budget = TURNS_WHILE_WAITING;
     program.turns_held_back = 0;
-    if (!early || !program.looks_early) return Finding::WAITS;
+    if (!program.looks_early) return Finding::WAITS;
     program.turns_to_look = FIRST_LOOK;
     watch_->comparisons_left = 0;
     watch_->spacing = 1;
@@ -142,7 +141,7 @@ BusyWatch::Finding BusyWatch::look_early(Program &program, const uint8_t *frame,
     if (watch.acts != watch.acts_when_kept || holds_long_doubles()) like = Likeness::NONE;
     if (like == Likeness::ALL) {
         const int32_t over = watch.left_when_kept % turns_since;
-        if (over == 0) return found_waiting(program, true);
+        if (over == 0) return found_waiting(program);
         watch.arrives = true;
         look_after(over, program);
     } else if (like == Likeness::ALL_BUT_TICKS) {

@@ -73,9 +73,9 @@ class BusyWatch {
 
     /// To be called when the budget is spent, with the program's registers and frames from `frame`
     /// up to `top`. Sets the next budget. Unless the finding is LOOKING, time has to pass up to the
-    /// next interrupt. Costs a pass over the program's state. Only with `early`, where acted() is
-    /// called, a part of the next budget may be held back.
-    Finding look(Program &program, const uint8_t *frame, const uint8_t *top, bool early);
+    /// next interrupt. Costs a pass over the program's state. A part of the next
+    /// budget may be held back if the program looks_early.
+    Finding look(Program &program, const uint8_t *frame, const uint8_t *top);
 
     /// The consequence of a finding, other than LOOKING, at `now` (cycles).
     Verdict judge(Finding finding, Cycles now);
@@ -104,7 +104,7 @@ class BusyWatch {
     };
 
     Finding look_early(Program &program, const uint8_t *frame, const uint8_t *top);
-    Finding found_waiting(Program &program, bool early);
+    Finding found_waiting(Program &program);
     static void look_after(int32_t turns, Program &program);  ///< the next time
 
     Own<Watch> watch_;  ///< from the first spent budget on

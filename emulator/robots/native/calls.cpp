@@ -1,208 +1,125 @@
-// Calls of a robot's program: the engine's side of the Kilobot API (kt_host_t, abi.h). All of it
-// acts on the robot that is running.
+// What a native robot's program calls, beside what all guests do (guest.cpp): the Kilobot's init,
+// sensors, serial line and outputs.
 #include <algorithm>
+#include <cstring>
 
-#include "robots/native/fault.h"
-#include "robots/native/undefined.h"
-#include "robots/robot.h"
+#include "kilolib/core/lights.h"
+#include "kilolib/core/pins.h"
+#include "kilolib/core/sleep_rhythm.h"
+#include "robots/native/outputs.h"
+#include "robots/native/robot.h"
 
 namespace kilotwin {
 
-Robot *Robot::running = nullptr;
-
-struct Robot::HostCalls {
-    static void init() {
-        auto &robot = *running;
-        const auto &table = robot.program_->table();
-        *table.ticks = robot.last_tick_ = 0;
-        if (table.tx_period != nullptr) *table.tx_period = TX_PERIOD_DEFAULT;
-        robot_core_init(&robot.core_);
-        robot.read_gains();
-        robot.next_tick_ = robot.now_ + robot.tick_length_;
-        robot.interrupts_off_ = false;
-        robot.only_ticks_until_ = 0;
-    }
-
-    static void start(void (*setup)(void), void (*loop)(void)) {
-        running->setup_ = setup;
-        running->loop_ = loop;
-        running->life_ = Life::ALIVE;
-        GuestStack::instance().abandon();
-    }
-
-    static void wait(uint32_t cycles) {
-        if (cycles == 0) return;  // no time passes: delay(0) in a loop is a loop that computes
-        running->wait_until(running->now_ + cycles);
-        running->came_back();
-    }
-
-    static void outputs() {
-        auto &robot = *running;
-        robot.busy_.called();
-        const uint64_t before = robot.outputs_seen_;
-        robot.look_at_outputs();
-        if (robot.outputs_seen_ != before) robot.busy_.acted();
-    }
-
-    static uint8_t rand_hard() {
-        auto &robot = *running;
-        auto bits =
-            robot.context_->chance.bits(robot.index_, Purpose::RAND_HARD, robot.rand_hard_draws_++);
-        wait(RAND_HARD_CYCLES);
-        return static_cast<uint8_t>(bits);
-    }
-
-    static int16_t sensor(uint8_t which) {
-        auto &robot = *running;
-        robot.busy_.called();
-        if (robot.disturbed()) return -1;
-        robot.stale_conversion_ = -1;
-        if (which == KT_SENSOR_LIGHT) return robot.light;
-        if (which == KT_SENSOR_TEMPERATURE) return robot.context_->temperature;
-        const int16_t reading = robot.voltage(robot.now_);
-        if (robot.program_->table().original != 0) robot.stale_conversion_ = reading;
-        return reading;
-    }
-
-    static uint8_t distance_mm(int16_t low_gain, int16_t high_gain) {
-        if (running->context_->gains_are_mm)
-            return static_cast<uint8_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX));
-        const distance_measurement_t measured = {low_gain, high_gain};
-        const auto &rare = running->rare_;
-        return rare && rare->gains ? kilolib_gains_distance(&*rare->gains, &measured)
-                                   : running->calibration_.gains.estimate_mm(measured);
-    }
-
-    static uint8_t eeprom_read(uint16_t address) { return running->eeprom(address); }
-    static void eeprom_write(uint16_t address, uint8_t value) {
-        running->set_eeprom(address, value);
-    }
-
-    static void interrupts(uint8_t on) {
-        auto &robot = *running;
-        robot.interrupts_off_ = !on;
-        robot.only_ticks_until_ = 0;
-        if (on && robot.tick_pending_ && !robot.in_interrupt_) {
-            robot.tick_pending_ = false;
-            robot.tick();
-        }
-    }
-
-    static uint8_t timer0() {
-        Cycles since = running->now_ + running->tick_length_ -
-                       std::min(running->next_tick_, running->now_ + running->tick_length_);
-        return static_cast<uint8_t>(std::min<Cycles>(since / COUNT_CYCLES, TICK_MATCH));
-    }
-
-    // On the serial line it is reported when its last byte has been taken.
-    static void print(const char *text, uint32_t bytes, uint8_t line) {
-        auto &robot = *running;
-        robot.busy_.called();
-        robot.busy_.acted();
-        *robot.program_->table().budget -= TURNS_PER_PRINT;
-        if (bytes == 0) return;
-        if (line == KT_LINE_WAITS) wait_for_line(robot.written().serial.write(robot.now_, bytes));
-        if (line == KT_LINE_QUEUES) bytes = robot.written().serial.queue(robot.now_, bytes);
-        if (bytes > 0) robot.report(EventKind::PRINT, {text, bytes});
-    }
-
-    static void serial_written() {
-        running->busy_.acted();
-        running->written().serial.write(running->now_, 1);
-    }
-    static void serial_ready() {
-        if (running->rare_) wait_for_line(running->rare_->serial.ready(running->now_));
-    }
-
-    static void wait_for_line(Cycles until) {
-        if (until <= running->now_) return;
-        running->wait_until(until);
-        running->came_back();
-    }
-
-    static void spent(const uint8_t *frame) { running->budget_spent(frame); }
-
-    // Only interrupts go on: what `for (;;);` means.
-    static void empty_loop() {
-        auto &robot = *running;
-        CodePath code = GuestStack::instance().place_of_signal();
-        robot.wait_until(robot.now_ + BusyWatch::WARN_AFTER);
-        robot.report(EventKind::BUSY_WAIT, "it stays in an empty endless loop", std::move(code));
-        for (;;) robot.wait_until(NEVER);
-    }
-
-    // The fault came from the program, or from libc on its behalf, so that the engine may work as
-    // usual here.
-    static bool mistake(GuestStack::Mistake mistake, const void *address) {
-        running->busy_.acted();
-        auto [noted, text] = explain(mistake, address, *running->program_);
-        if (noted == 0) return false;
-        if (!(running->noted_ & noted))
-            running->note(noted, std::move(text), GuestStack::instance().place_of_signal());
-        return true;
-    }
-
-    static void undefined(uint8_t what, const void *data, uint64_t first, uint64_t second) {
-        running->busy_.acted();
-        running->report(EventKind::UNDEFINED, undefined_text(what, data, first, second),
-                        GuestStack::instance().place_of_call(__builtin_frame_address(0)));
-    }
-
-    static void unusable(const char *what) {
-        auto &stack = GuestStack::instance();
-        running->stop(EventKind::CRASH, what, stack.place_of_call(__builtin_frame_address(0)));
-        stack.abandon();
-    }
-};
-
-const kt_host_t Robot::HOST = {
-    HostCalls::init,           HostCalls::start,        HostCalls::wait,
-    HostCalls::outputs,        HostCalls::rand_hard,    HostCalls::distance_mm,
-    HostCalls::eeprom_read,    HostCalls::eeprom_write, HostCalls::interrupts,
-    HostCalls::timer0,         HostCalls::sensor,       HostCalls::print,
-    HostCalls::serial_written, HostCalls::serial_ready, HostCalls::spent,
-    HostCalls::unusable,       HostCalls::undefined,    nullptr,
-};
-
-void Robot::attend_faults() {
-    GuestStack::instance().set_guest(HostCalls::empty_loop, HostCalls::mistake, &now_);
+void NativeRobot::init() {
+    *table().ticks = robot_.last_tick = 0;
+    if (table().tx_period != nullptr) *table().tx_period = TX_PERIOD_DEFAULT;
+    robot_core_init(&robot_.core);
+    read_gains();
+    robot_.next_tick = robot_.now + robot_.tick_length;
+    interrupts_off_ = false;
+    robot_.only_ticks_until = 0;
 }
 
-// The program took more turns than fit into a tick without giving time back. Nothing happens around
-// it while its memory is compared; then time passes.
-void Robot::budget_spent(const uint8_t *frame) {
-    auto &stack = GuestStack::instance();
-    const auto finding = busy_.look(*program_, frame, stack.top(), true);
-    if (finding == BusyWatch::Finding::LOOKING) return;
-    const int32_t budget = *program_->table().budget;
-    switch (busy_.judge(finding, now_)) {
-    case BusyWatch::Verdict::FINE: break;
-    case BusyWatch::Verdict::WARN:
-        report(EventKind::BUSY_WAIT, BusyWatch::WARNING, stack.place_of_loop(frame));
-        break;
-    case BusyWatch::Verdict::ENDLESS:
-        stop(EventKind::ENDLESS, BusyWatch::ACCUSATION, stack.place_of_loop(frame));
-        stack.abandon();
-    }
-    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
-    *program_->table().budget = budget;
+uint64_t NativeRobot::random_bits() {
+    return robot_.context->chance.bits(robot_.index, Purpose::RAND_HARD, robot_.rand_hard_draws++);
 }
 
-uint8_t Robot::eeprom(uint16_t address) const {
-    address %= EEPROM_BYTES;
-    const bool is_written = rare_ && rare_->eeprom;
-    return is_written ? (*rare_->eeprom)[address] : calibrated_byte(calibration_, address);
+int16_t NativeRobot::sensor(uint8_t which) {
+    if (robot_.disturbed()) return -1;
+    stale_conversion_ = -1;
+    if (which == KT_SENSOR_LIGHT) return robot_.light;
+    if (which == KT_SENSOR_TEMPERATURE) return robot_.context->temperature;
+    const int16_t reading = robot_.voltage(robot_.now);
+    if (table().original != 0) stale_conversion_ = reading;
+    return reading;
 }
 
-void Robot::set_eeprom(uint16_t address, uint8_t value) {
-    auto &image = written().eeprom;
-    if (!image) image = Own<EepromImage>::make(eeprom_of(calibration_));
-    (*image)[address % EEPROM_BYTES] = value;
+uint8_t NativeRobot::distance_mm(distance_measurement_t measured) const {
+    if (robot_.context->gains_are_mm)
+        return static_cast<uint8_t>(std::clamp<int16_t>(measured.high_gain, 0, UINT8_MAX));
+    return rare_ && rare_->gains ? kilolib_gains_distance(&*rare_->gains, &measured)
+                                 : robot_.calibration.gains.estimate_mm(measured);
 }
 
-Robot::Rare &Robot::written() {
+// On the serial line it is reported when its last byte has been taken.
+void NativeRobot::print(const char *text, uint32_t bytes, uint8_t line) {
+    if (line == KT_LINE_WAITS) wait_for_line(written().serial.write(robot_.now, bytes));
+    if (line == KT_LINE_QUEUES) bytes = written().serial.queue(robot_.now, bytes);
+    if (bytes > 0) report(EventKind::PRINT, {text, bytes});
+}
+
+void NativeRobot::serial_written() { written().serial.write(robot_.now, 1); }
+
+void NativeRobot::serial_ready() {
+    if (rare_) wait_for_line(rare_->serial.ready(robot_.now));
+}
+
+void NativeRobot::wait_for_line(Cycles until) {
+    if (until <= robot_.now) return;
+    wait_until(until);
+    came_back();
+}
+
+NativeRobot::Rare &NativeRobot::written() {
     if (!rare_) rare_ = Own<Rare>::make();
     return *rare_;
+}
+
+void NativeRobot::stop(EventKind kind, std::string text, CodePath code) {
+    robot_.stop(kind, std::move(text), std::move(code));
+    drop_call();
+}
+
+// Outputs
+
+void NativeRobot::outputs_changed() {
+    busy_.called();
+    const uint64_t before = robot_.outputs_seen;
+    look_at_outputs();
+    if (robot_.outputs_seen != before) busy_.acted();
+}
+
+void NativeRobot::take_outputs(uint64_t seen) {
+    robot_.outputs_seen = seen;
+    kt_outputs_t registers;
+    std::memcpy(&registers, &seen, sizeof registers);
+    kilotwin::take_outputs(robot_, registers);
+}
+
+void NativeRobot::set_duties(motion_t duties) {
+    auto &outputs = *table().outputs;
+    outputs.ocr2a = duties.left;
+    outputs.ocr2b = duties.right;
+    look_at_outputs();
+}
+
+void NativeRobot::switch_motors(bool on) {
+    auto &outputs = *table().outputs;
+    outputs.ddrb = on ? outputs.ddrb | LEFT_MOTOR_MASK : outputs.ddrb & ~LEFT_MOTOR_MASK;
+    outputs.ddrd = on ? outputs.ddrd | RIGHT_MOTOR_MASK : outputs.ddrd & ~RIGHT_MOTOR_MASK;
+    set_duties({0, 0});
+}
+
+void NativeRobot::switch_led_off() {
+    auto &outputs = *table().outputs;
+    outputs.ddrc = outputs.ddrc & ~LED_MASK_C;
+    outputs.ddrd = outputs.ddrd & ~LED_MASK_D;
+    look_at_outputs();
+}
+
+// In SETUP, RUNNING and MOVING the LED is what the registers make of it, as before kilo_start() and
+// after the program's end. In CHARGING the charger is taken to be at work.
+uint8_t NativeRobot::color(Cycles at) const {
+    if (robot_.life != RobotRecord::Life::ALIVE) return robot_.color;
+    const Cycles in_state = at > state_since_ ? at - state_since_ : 0;
+    switch (robot_.core.state) {
+    case ROBOT_IDLE: return blink_is_on(in_state) ? IDLE_COLOR : 0;
+    case ROBOT_CHARGING: return blink_is_on(in_state) ? CHARGING_COLOR : 0;
+    case ROBOT_BATTERY: return battery_color(robot_.voltage(at));
+    case ROBOT_SLEEPING: return sleep_rhythm_color(acts_at_, std::max(at, state_since_));
+    default: return robot_.color;
+    }
 }
 
 }  // namespace kilotwin

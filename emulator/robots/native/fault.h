@@ -10,6 +10,7 @@
 #include "base/events.h"
 #include "robots/native/program.h"
 #include "robots/native/stack.h"
+#include "robots/record.h"
 
 namespace kilotwin {
 
@@ -22,16 +23,6 @@ struct FaultReport {
 
 /// Describes a fault of `program`, after GuestStack::Outcome::FAULT.
 FaultReport explain(const GuestStack::Fault &fault, const Program &program);
-
-/// Faults that are noted once per robot, as bits: mistakes that its program survives, and an order
-/// that cannot be obeyed here.
-enum Mistakes : uint8_t {
-    DIVIDES_BY_ZERO = 1,
-    LOST_POINTER = 2,      ///< an address in the robot's RAM that this program does not have
-    BEYOND_VARIABLES = 4,  ///< an address just outside its variables
-    JUMPS_TO_ZERO = 8,     ///< a restart, as `jmp 0` does
-    HAS_NO_LOADER = 16,    ///< BOOT came, to a program that has no flash
-};
 
 struct MistakeReport {
     uint8_t mistake;  ///< one of Mistakes; 0: none of them, the program has to stop

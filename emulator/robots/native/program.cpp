@@ -12,7 +12,6 @@
 #include "base/errors.h"
 #include "robots/native/guest_file.h"
 #include "robots/native/stack.h"
-#include "robots/translated/image.h"
 
 namespace kilotwin {
 
@@ -62,17 +61,9 @@ Program &Program::load(const std::string &path, const std::string &name) {
 Program::Program(const std::string &path, std::string name) : name_(std::move(name)), path_(path) {
     void *handle = load_guest_file(path, "program " + name_ + " cannot be loaded");
     table_ = static_cast<const kt_table_t *>(dlsym(handle, "kt_table"));
-    translation_ = static_cast<const translation_t *>(dlsym(handle, "translation"));
     is_covered_ = dlsym(handle, "kt_coverage") != nullptr;
-    if (translation_ != nullptr)
-        take_translation();
-    else if (table_ != nullptr)
-        take_table();
-    else
-        throw EngineError(path + " is no Kilotwin program: it has no kt_table");
-}
-
-void Program::take_table() {
+    if (table_ == nullptr)
+        throw EngineError(path + " is no native program of Kilotwin: it has no kt_table");
     if (table_->abi != KT_GUEST_ABI)
         throw EngineError(path_ + " was built for another Kilotwin (ABI " +
                           std::to_string(table_->abi) + ", this one has " +
@@ -89,19 +80,8 @@ void Program::take_table() {
     reads_sensors_ = table_->sensor != nullptr;
 }
 
-void Program::take_translation() {
-    if (translation_->version != TRANSLATION_VERSION || translation_->seam == nullptr)
-        throw EngineError(path_ + ": made for another version of the engine; remove the file");
-    const TranslatedImage image = switched_on();
-    const auto *bytes = reinterpret_cast<const uint8_t *>(&image);
-    state_bytes_ = sizeof image;
-    initial_.assign(bytes, bytes + sizeof image);
-    names_period_ = translation_->seam->names_period != 0;
-}
-
 /// The names lie one after the other, each ended by a zero.
 std::string Program::own_handlers() const {
-    if (translation_ != nullptr) return translation_->seam->handlers;
     std::string names;
     for (const char *name = table_->handlers_begin; name < table_->handlers_end;
          name += std::strlen(name) + 1)

@@ -1,6 +1,4 @@
-/// A program of robots or modules: a loaded guest, and its state at power-up. It is native, or a
-/// translation of a robot's machine code (translated/robot.h); of that there is no state section,
-/// and each image is used where it lies.
+/// A native program of robots or modules: a loaded guest, and its state at power-up.
 ///
 /// The state of all robots with the same program lives in images outside the guest; one of them at
 /// a time is resident, swapped into the guest's one state section. A swap copies the state twice.
@@ -14,8 +12,6 @@
 
 #include "base/clock.h"
 #include "robots/native/abi.h"
-#include "robots/translated/code.h"
-#include "robots/translated/passes/known_pass.h"
 
 namespace kilotwin {
 
@@ -35,23 +31,18 @@ class Program {
 
     const std::string &name() const { return name_; }
     const std::string &path() const { return path_; }
-    const kt_table_t &table() const { return *table_; }  ///< of a native one
-    /// Null: it is native.
-    const translation_t *translation() const { return translation_; }
+    const kt_table_t &table() const { return *table_; }
     /// Whether the program has to do with kilo_tx_period itself.
     bool names_period() const { return names_period_; }
     /// Whether it cannot change that any more once its set-up is over.
     bool settles_period() const { return settles_period_; }
-    /// Whether the program may ever have a message when it is asked; a native one that does not
-    /// name kilo_message_tx has none, and need not be asked.
+    /// Whether the program may ever have a message when it is requested for one: one that does not
+    /// name kilo_message_tx has none.
     bool may_send() const { return may_send_; }
-    /// Whether the program may read a sensor: not a native one that names no function or register
-    /// for that.
+    /// Whether the program may read a sensor: not one that names no function or register for that.
     bool reads_sensors() const { return reads_sensors_; }
     /// Whether it notes which of its code has run: then it is not run tentatively.
     bool is_covered() const { return is_covered_; }
-    /// Registers of a translated robot that have an effect, by address (translated/code.h).
-    static const uint8_t *effects();
     /// Turns of loop() before it is looked at whether it busy-waits (busy_watch.h): fewer once it
     /// has done so. Changes the cost alone.
     int32_t turns_to_look = TURNS_PER_TICK;
@@ -59,10 +50,6 @@ class Program {
     bool looks_early = true;
     /// The part of the running robot's budget that it may take after the next look.
     int32_t turns_held_back = 0;
-    /// Cycles of a tick's interrupt that only counts, of a translation; 0: not yet known.
-    uint32_t tick_cycles = 0;
-    /// Passes of its main loop, of a translation.
-    KnownPasses known_passes;
     /// Size of the state section, and of every image.
     size_t state_bytes() const { return state_bytes_; }
 
@@ -101,8 +88,6 @@ class Program {
 
   private:
     Program(const std::string &path, std::string name);
-    void take_table();
-    void take_translation();
     void swap_in(uint8_t *image);
     const uint8_t *state_at(const uint8_t *image) const {
         return image == resident_ ? table_->state_begin : image;
@@ -110,7 +95,6 @@ class Program {
 
     std::string name_, path_;
     const kt_table_t *table_ = nullptr;
-    const translation_t *translation_ = nullptr;
     bool names_period_ = false, settles_period_ = false, may_send_ = true, reads_sensors_ = true,
          is_covered_ = false;
     size_t state_bytes_ = 0;

@@ -79,7 +79,7 @@ Edge edge_of(const message_t &message, unsigned slot) {
 // Interrupts
 
 /// Compare matches of timer 0 up to now. One that comes while the last one waits is lost.
-void Robot::Translated::flag_matches() {
+void TranslatedRobot::flag_matches() {
     while (image_.match <= cycle()) {
         if (image_.flagged == TranslatedImage::NO_TIME) image_.flagged = image_.match;
         image_.match += TICK_CYCLES;
@@ -89,7 +89,7 @@ void Robot::Translated::flag_matches() {
 
 /// At each match: says so, as of a native program, if it has not been in its main loop nor in
 /// delay() for long; again if it comes back and stays away once more.
-void Robot::Translated::watch_main_loop() {
+void TranslatedRobot::watch_main_loop() {
     if (passed != 0) {
         passed = 0;
         image_.ticks_away = 0;
@@ -98,13 +98,13 @@ void Robot::Translated::watch_main_loop() {
     if (image_.ticks_away == MOST_TICKS_AWAY) return;
     image_.ticks_away++;
     if (image_.ticks_away < MOST_TICKS_AWAY) return;
-    robot_.last_tick_ = ticks_now();
-    robot_.now_ = world_time();
+    robot_.last_tick = ticks_now();
+    robot_.now = world_time();
     robot_.report(EventKind::BUSY_WAIT, BusyWatch::WARNING, avr_code_path(pc, data, flash));
 }
 
 /// Begins the interrupt that is due: the tick's first, whose vector is before the others'.
-bool Robot::Translated::serve_interrupt() {
+bool TranslatedRobot::serve_interrupt() {
     if (!lets_interrupts() || cycle() >= until_) return false;
     if (image_.flagged != TranslatedImage::NO_TIME) {
         image_.asleep_until = 0;
@@ -129,17 +129,17 @@ bool Robot::Translated::serve_interrupt() {
 }
 
 /// When the serial line next asks for a byte by its interrupt.
-uint64_t Robot::Translated::serial_asks_at() const {
+uint64_t TranslatedRobot::serial_asks_at() const {
     return (data[UCSR0B] & UCSR0B_UDRIE) != 0 ? image_.serial_free : TranslatedImage::NO_TIME;
 }
 
-bool Robot::Translated::ticks_are_plain() const {
+bool TranslatedRobot::ticks_are_plain() const {
     constexpr uint16_t ATTEMPTS = offsetof(robot_core_t, answer.attempts);
-    return robot_.program_->tick_cycles != 0 && data[seam_.robot + ATTEMPTS] == 0 &&
+    return program_.tick_cycles != 0 && data[seam_.robot + ATTEMPTS] == 0 &&
            data[OCR0A] == TICK_MATCH;
 }
 
-bool Robot::Translated::can_count_tick() const {
+bool TranslatedRobot::can_count_tick() const {
     constexpr uint16_t COUNTS = offsetof(robot_core_t, transmit.counts),
                        INCREMENT = offsetof(robot_core_t, transmit.increment);
     const uint8_t *core = data + seam_.robot;
@@ -149,7 +149,7 @@ bool Robot::Translated::can_count_tick() const {
 }
 
 /// The changes that some of these make.
-void Robot::Translated::count(uint32_t ticks) {
+void TranslatedRobot::count(uint32_t ticks) {
     const auto counts =
         static_cast<uint16_t>(seam_.robot + offsetof(robot_core_t, transmit.counts));
     const auto increment =
@@ -162,16 +162,16 @@ void Robot::Translated::count(uint32_t ticks) {
 }
 
 /// The same by arithmetic.
-void Robot::Translated::count_tick() {
+void TranslatedRobot::count_tick() {
     disturb_passes();
     count(1);
     image_.flagged = TranslatedImage::NO_TIME;
-    left -= static_cast<int64_t>(robot_.program_->tick_cycles);
+    left -= static_cast<int64_t>(program_.tick_cycles);
 }
 
 /// As the chip does: the program counter goes to the stack, and no other interrupt comes.
-void Robot::Translated::begin_interrupt(Interrupt which) {
-    image_.is_timed = which == Interrupt::TICK && robot_.program_->tick_cycles == 0;
+void TranslatedRobot::begin_interrupt(Interrupt which) {
+    image_.is_timed = which == Interrupt::TICK && program_.tick_cycles == 0;
     disturb_passes();
     image_.interrupted = cycle();
     image_.interrupt = which;
@@ -182,7 +182,7 @@ void Robot::Translated::begin_interrupt(Interrupt which) {
 }
 
 /// By a reti, not by kilolib's receiver.
-void Robot::Translated::return_from_interrupt() {
+void TranslatedRobot::return_from_interrupt() {
     constexpr int RETI_CYCLES = 4;
     pc = TranslatedStack(data).pop_return();
     flags[7] = 1;
@@ -191,10 +191,10 @@ void Robot::Translated::return_from_interrupt() {
 }
 
 /// Interrupts are let through again.
-void Robot::Translated::end_interrupt() {
+void TranslatedRobot::end_interrupt() {
     const uint64_t took = cycle() - image_.interrupted;
     if (image_.interrupt == Interrupt::TICK && image_.is_timed)
-        robot_.program_->tick_cycles = static_cast<uint32_t>(took);
+        program_.tick_cycles = static_cast<uint32_t>(took);
     if (image_.interrupt != Interrupt::NONE && took > WAITS_FOR_EDGE) image_.deaf_until = cycle();
     image_.interrupt = Interrupt::NONE;
     image_.is_timed = image_.granted = false;
@@ -202,16 +202,16 @@ void Robot::Translated::end_interrupt() {
 
 /// The first of the inbox: a command, or the program's. Its callback runs as within the
 /// comparator's interrupt.
-void Robot::Translated::take_message() {
-    const Reception reception = robot_.inbox_[robot_.inbox_next_++];
+void TranslatedRobot::take_message() {
+    const Reception reception = robot_.inbox[robot_.inbox_next++];
     robot_.inbox_changed();
     find_message();
     const uint64_t ended = clock_.own_cycle(reception.at);
-    const uint64_t frame = robot_.context_->frame;
+    const uint64_t frame = robot_.context->frame;
     const bool late = cycle() > ended + WAITS_FOR_EDGE,
                deaf = ended - std::min(ended, frame) < image_.deaf_until;
-    const bool told = forget_told(reception.at);
-    if (!hears_light() || (frame > 0 && !told && (late || deaf))) return;
+    const bool is_beside = forget_beside(reception.at);
+    if (!hears_light() || (frame > 0 && !is_beside && (late || deaf))) return;
     message_t message = reception.message;
     begin_interrupt(Interrupt::MESSAGE);
     TranslatedStack stack(data);
@@ -241,28 +241,28 @@ void Robot::Translated::take_message() {
 }
 
 /// Whether the message that comes at that time is one beside the medium.
-bool Robot::Translated::forget_told(Cycles at) {
-    if (robot_.rare_ == nullptr) return false;
-    auto &told = robot_.rare_->told;
-    const auto found = std::find(told.begin(), told.end(), at);
-    if (found == told.end()) return false;
-    told.erase(found);
+bool TranslatedRobot::forget_beside(Cycles at) {
+    if (rare_ == nullptr) return false;
+    auto &beside = rare_->beside;
+    const auto found = std::find(beside.begin(), beside.end(), at);
+    if (found == beside.end()) return false;
+    beside.erase(found);
     return true;
 }
 
 /// Whether the comparator makes interrupts: not while it sleeps, and not before kilo_init().
-bool Robot::Translated::hears_light() const {
+bool TranslatedRobot::hears_light() const {
     return (data[ACSR] & (ACSR_ACIE | ACSR_ACD)) == ACSR_ACIE;
 }
 
 /// The next one that is not taken, of all frames; those that are over are forgotten.
-void Robot::Translated::find_edge() {
+void TranslatedRobot::find_edge() {
     edge_at_ = TranslatedImage::NO_TIME;
-    if (robot_.rare_ == nullptr) return;
-    auto &lights = robot_.rare_->lights;
-    const auto over = [](const Light &seen) { return seen.slot >= NO_EDGE.slot; };
+    if (rare_ == nullptr) return;
+    auto &lights = rare_->lights;
+    const auto over = [](const SeenFrame &seen) { return seen.slot >= NO_EDGE.slot; };
     while (!lights.empty() && over(lights.front())) lights.erase(lights.begin());
-    for (Light &seen : lights) {
+    for (SeenFrame &seen : lights) {
         const Edge edge = edge_of(seen.message, seen.slot);
         const uint64_t at = seen.begin + edge.slot * SLOT_CYCLES;
         seen.slot = static_cast<uint16_t>(edge.slot);
@@ -274,29 +274,29 @@ void Robot::Translated::find_edge() {
 }
 
 /// Whether no other frame's edges come up to its last one.
-bool Robot::Translated::frame_is_alone() const {
-    const auto &lights = robot_.rare_->lights;
+bool TranslatedRobot::frame_is_alone() const {
+    const auto &lights = rare_->lights;
     const uint64_t last_at = edge_light_->begin + (NO_EDGE.slot - 1) * SLOT_CYCLES;
-    return std::all_of(lights.begin(), lights.end(), [&](const Light &other) {
+    return std::all_of(lights.begin(), lights.end(), [&](const SeenFrame &other) {
         return &other == edge_light_ || other.slot >= NO_EDGE.slot || other.begin > last_at;
     });
 }
 
 /// When the same frame's edge behind the next one comes; or NO_TIME.
-uint64_t Robot::Translated::next_of_frame() const {
+uint64_t TranslatedRobot::next_of_frame() const {
     const Edge next = edge_of(edge_light_->message, edge_light_->slot + 1u);
     return next.slot < NO_EDGE.slot ? edge_light_->begin + next.slot * SLOT_CYCLES
                                     : TranslatedImage::NO_TIME;
 }
 
-void Robot::Translated::take_edge() {
+void TranslatedRobot::take_edge() {
     edge_light_->slot++;
     find_edge();
 }
 
 /// Cycles of all of its edges, if it begins with the next one. The last byte is not among those,
 /// since its end is the frame's.
-uint32_t Robot::Translated::cycles_of_byte() const {
+uint32_t TranslatedRobot::cycles_of_byte() const {
     const unsigned slot = edge_light_->slot, byte = slot / BYTE_SLOTS;
     if (slot % BYTE_SLOTS != 0 || byte == FRAME_BYTES - 1) return 0;
     if (byte == 0) return LEADER_BEGIN_CYCLES + LEADER_END_CYCLES;
@@ -307,7 +307,7 @@ uint32_t Robot::Translated::cycles_of_byte() const {
 /// Takes all edges of a frame that is alone from a byte's begin up to its last stop, if they come
 /// and are served before `end`, and passes repeat; `now` is put off by their interrupts. Each edge
 /// is served before the next one comes: an interrupt takes less than a slot.
-bool Robot::Translated::take_frame_at_rest(uint64_t &now, uint64_t end) {
+bool TranslatedRobot::take_frame_at_rest(uint64_t &now, uint64_t end) {
     static_assert(LEADER_END_CYCLES < SLOT_CYCLES && BYTE_END_CYCLES < SLOT_CYCLES &&
                   BIT_CYCLES + 7 * BIT_PLACE_CYCLES < SLOT_CYCLES);
     const unsigned slot = edge_light_->slot, last = NO_EDGE.slot - 1;
@@ -327,14 +327,14 @@ bool Robot::Translated::take_frame_at_rest(uint64_t &now, uint64_t end) {
 }
 
 /// To the begin of the next one.
-void Robot::Translated::take_byte() {
+void TranslatedRobot::take_byte() {
     edge_light_->slot = static_cast<uint16_t>(edge_light_->slot + BYTE_SLOTS);
     find_edge();
 }
 
 /// The comparator's interrupt. An edge that comes while one of the same frame waits takes its
 /// place; frames that overlap take their time as if each were alone.
-void Robot::Translated::serve_edge() {
+void TranslatedRobot::serve_edge() {
     const uint64_t now = cycle();
     uint32_t cycles = 0;
     while (edge_at_ <= now) {
@@ -348,7 +348,7 @@ void Robot::Translated::serve_edge() {
 }
 
 /// The callback is over: what the interrupt saved goes back.
-void Robot::Translated::end_message() {
+void TranslatedRobot::end_message() {
     TranslatedStack stack(data);
     const uint8_t saved = stack.pop();
     for (size_t i = std::size(SAVED); i-- > 0;) data[SAVED[i]] = stack.pop();
@@ -360,33 +360,33 @@ void Robot::Translated::end_message() {
 }
 
 /// The status register.
-uint8_t Robot::Translated::status() const {
+uint8_t TranslatedRobot::status() const {
     uint8_t all = 0;
     for (unsigned flag = 0; flag < 8; flag++) all = static_cast<uint8_t>(all | flags[flag] << flag);
     return all;
 }
 
-void Robot::Translated::set_word(uint16_t address, uint16_t value) {
+void TranslatedRobot::set_word(uint16_t address, uint16_t value) {
     at(address) = static_cast<uint8_t>(value);
     at(static_cast<uint16_t>(address + 1)) = static_cast<uint8_t>(value >> 8);
 }
 
 /// The first of the inbox, in own time.
-void Robot::Translated::find_message() {
-    message_at_ = robot_.next_message_ == NEVER ? TranslatedImage::NO_TIME
-                                                : clock_.own_cycle(robot_.next_message_);
+void TranslatedRobot::find_message() {
+    message_at_ = robot_.next_message == NEVER ? TranslatedImage::NO_TIME
+                                               : clock_.own_cycle(robot_.next_message);
 }
 
 // Calls of the engine
 
 /// The function at the program counter.
-void Robot::Translated::call() {
+void TranslatedRobot::call() {
     for (unsigned number = 0; number < ENGINE_CALLS; number++)
         if (seam_.calls[number] == pc) return call(number);
     fail();
 }
 
-void Robot::Translated::call(unsigned number) {
+void TranslatedRobot::call(unsigned number) {
     changed = CHANGED;
     const bool asks =
         number == CALL_SEND || (number == CALL_RECEIVING && image_.interrupt == Interrupt::TICK);
@@ -402,7 +402,7 @@ void Robot::Translated::call(unsigned number) {
 }
 
 /// Returns to the program.
-void Robot::Translated::come_back(uint16_t result, uint64_t cycles) {
+void TranslatedRobot::come_back(uint16_t result, uint64_t cycles) {
     set_word(24, result);
     pc = TranslatedStack(data).pop_return();
     left -= static_cast<int64_t>(cycles);
@@ -410,75 +410,69 @@ void Robot::Translated::come_back(uint16_t result, uint64_t cycles) {
 
 /// The moment of a question to the channel: the interrupt's begin, unless the program's callback
 /// has taken its time since.
-Cycles Robot::Translated::asked_at() const {
+Cycles TranslatedRobot::asked_at() const {
     const bool is_old = cycle() - image_.interrupted > INTERRUPT_BEYOND;
     return clock_.world_time(is_old ? cycle() : image_.interrupted);
 }
 
 /// Not so for one of a callback that has outlasted the run: it is asked in the next one.
-bool Robot::Translated::is_asked_in_time() const {
-    return cycle() < until_ || asked_at() < robot_.until_;
+bool TranslatedRobot::is_asked_in_time() const {
+    return cycle() < until_ || asked_at() < robot_.until;
 }
 
-void Robot::Translated::wait_for_answer(unsigned number, Question question) {
-    robot_.question_ = question;
+void TranslatedRobot::wait_for_answer(unsigned number, RobotRecord::Question question) {
+    robot_.question = question;
     image_.waits_for = static_cast<uint8_t>(number + 1);
 }
 
 /// kilolib_infrared_receiving(): before a frame of its own the channel knows.
-void Robot::Translated::sense() {
+void TranslatedRobot::sense() {
     if (image_.interrupt == Interrupt::TICK) {
-        robot_.now_ = asked_at();
+        robot_.now = asked_at();
         image_.granted = robot_.may_send();
         if (image_.granted) return come_back(0, SENSE_CALL_CYCLES);
-        wait_for_answer(CALL_RECEIVING, Question::MAY_ASK);
+        wait_for_answer(CALL_RECEIVING, RobotRecord::Question::MAY_ASK);
         return;
     }
-    robot_.now_ = world_time();
+    robot_.now = world_time();
     const bool sees_light = robot_.disturbed();
     come_back(sees_light, sees_light ? SENSE_LIGHT_CYCLES : SENSE_CALL_CYCLES);
 }
 
 /// kilolib_infrared_send(message).
-void Robot::Translated::send() {
+void TranslatedRobot::send() {
     message_t message;
     const uint16_t address = std::min<uint16_t>(word(24), SRAM_END - sizeof message);
     std::memcpy(&message, data + address, sizeof message);
-    robot_.now_ = asked_at();
-    if (image_.granted || !robot_.arbitrated_) return put_on_air(message);
-    robot_.outgoing_ = message;
-    wait_for_answer(CALL_SEND, Question::IS_CHANNEL_FREE);
+    robot_.now = asked_at();
+    if (image_.granted || !robot_.arbitrated) return put_on_air(message);
+    robot_.outgoing = message;
+    wait_for_answer(CALL_SEND, RobotRecord::Question::IS_CHANNEL_FREE);
 }
 
 /// A frame begins that no other can disturb: the robot is busy with it, and goes on.
-void Robot::Translated::put_on_air(const message_t &message) {
-    Emission &emission = robot_.context_->emissions.emplace_back();
-    emission.at = robot_.now_;
-    emission.robot = robot_.index_;
-    emission.message = message;
-    if (robot_.arbitrated_) {
-        robot_.until_ = std::max(robot_.until_, robot_.granted_until_);
-        until_ = clock_.own_cycle(robot_.until_);
-    }
-    come_back(1, robot_.context_->frame + SEND_CALL_CYCLES);
+void TranslatedRobot::put_on_air(const message_t &message) {
+    robot_.emit(message);
+    until_ = clock_.own_cycle(robot_.until);
+    come_back(1, robot_.context->frame + SEND_CALL_CYCLES);
 }
 
 /// The channel has answered the question that the last run ended with.
-void Robot::Translated::take_answer() {
+void TranslatedRobot::take_answer() {
     const unsigned number = image_.waits_for - 1u;
-    const bool yes = robot_.answer_;
+    const bool yes = robot_.answer;
     image_.waits_for = 0;
     if (number == CALL_RECEIVING)
         come_back(!yes, yes ? SENSE_CALL_CYCLES : SENSE_LIGHT_CYCLES);
     else
-        come_back(yes, (yes ? robot_.context_->frame : SENSE_CYCLES) + SEND_CALL_CYCLES);
+        come_back(yes, (yes ? robot_.context->frame : SENSE_CYCLES) + SEND_CALL_CYCLES);
 }
 
 /// kilolib_infrared_frame_began(): since the last call.
-void Robot::Translated::frame_began() {
-    auto &asked = robot_.written().light_asked;
+void TranslatedRobot::frame_began() {
+    auto &asked = state_.written().light_asked;
     const Cycles from = clock_.world_time(asked), now = world_time();
-    const auto &frames = robot_.frames_seen_;
+    const auto &frames = robot_.frames_seen;
     const bool began = std::any_of(frames.begin(), frames.end(), [&](const auto &frame) {
         return frame.first > from && frame.first <= now;
     });
@@ -487,25 +481,25 @@ void Robot::Translated::frame_began() {
 }
 
 /// kilolib_converter_read(channel). The lowest bit is noise, as a board's.
-void Robot::Translated::convert() {
+void TranslatedRobot::convert() {
     constexpr int MOST = 1023;
     const uint8_t channel = at(24);
-    robot_.now_ = world_time();
+    robot_.now = world_time();
     int reading = 0;
-    if (channel == BATTERY) reading = robot_.voltage(robot_.now_);
+    if (channel == BATTERY) reading = robot_.voltage(robot_.now);
     if (channel == LIGHT) reading = robot_.light;
-    if (channel == TEMPERATURE) reading = robot_.context_->temperature;
+    if (channel == TEMPERATURE) reading = robot_.context->temperature;
     // The thermometer is read twice, the first time to let it settle.
-    robot_.rand_hard_draws_ += channel == TEMPERATURE ? 2 : 1;
-    const uint64_t bits = robot_.context_->chance.bits(robot_.index_, Purpose::CONVERTER_NOISE,
-                                                       robot_.rand_hard_draws_ - 1);
+    robot_.rand_hard_draws += channel == TEMPERATURE ? 2 : 1;
+    const uint64_t bits = robot_.context->chance.bits(robot_.index, Purpose::CONVERTER_NOISE,
+                                                      robot_.rand_hard_draws - 1);
     reading += static_cast<int>(bits & 1) - static_cast<int>(bits >> 1 & 1);
     const uint64_t cycles = channel == TEMPERATURE ? CONVERT_SLOWLY_CYCLES : CONVERT_CYCLES;
     come_back(static_cast<uint16_t>(std::clamp(reading, 0, MOST)), cycles);
 }
 
 /// estimate_distance(measured), with a medium that tells millimetres.
-void Robot::Translated::distance() {
+void TranslatedRobot::distance() {
     const uint16_t address = std::min<uint16_t>(word(24), SRAM_END - 4);
     const auto high_gain = static_cast<int16_t>(word(static_cast<uint16_t>(address + 2)));
     come_back(static_cast<uint16_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX)), DISTANCE_CYCLES);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/serial_line.h"
+#include "robots/native/outputs.h"
 #include "robots/translated/robot.h"
 
 namespace kilotwin {
@@ -54,14 +55,14 @@ struct Effects {
 
 }  // namespace
 
-const uint8_t *Program::effects() {
+const uint8_t *TranslatedProgram::effects() {
     static constexpr Effects EFFECTS_OF;
     return EFFECTS_OF.of;
 }
 
 /// Counts, and flags of what takes its time.
-uint8_t Robot::Translated::read_register(translated_chip_t *chip, uint16_t address) {
-    auto &robot = *static_cast<Translated *>(chip);
+uint8_t TranslatedRobot::read_register(translated_chip_t *chip, uint16_t address) {
+    auto &robot = *static_cast<TranslatedRobot *>(chip);
     auto &image = robot.image_;
     const uint64_t now = robot.cycle();
     robot.changed = CHANGED;  // it depends on the time
@@ -77,11 +78,11 @@ uint8_t Robot::Translated::read_register(translated_chip_t *chip, uint16_t addre
     }
 }
 
-void Robot::Translated::register_written(translated_chip_t *chip, uint16_t address) {
-    static_cast<Translated *>(chip)->register_written(address);
+void TranslatedRobot::register_written(translated_chip_t *chip, uint16_t address) {
+    static_cast<TranslatedRobot *>(chip)->register_written(address);
 }
 
-void Robot::Translated::register_written(uint16_t address) {
+void TranslatedRobot::register_written(uint16_t address) {
     changed = CHANGED;
     switch (address) {
     case TIFR0:
@@ -98,12 +99,12 @@ void Robot::Translated::register_written(uint16_t address) {
 }
 
 /// Whether timer 0 counts and its match is an interrupt.
-bool Robot::Translated::timer_ticks() const {
+bool TranslatedRobot::timer_ticks() const {
     return (data[TCCR0B] & TCCR0B_CS) != 0 && (data[TIMSK0] & TIMER0_MATCH_A) != 0;
 }
 
 /// A flag is cleared by writing a one; any other register may move the next match.
-void Robot::Translated::timer_written(uint16_t address) {
+void TranslatedRobot::timer_written(uint16_t address) {
     if (address == TIFR0 && (at(TIFR0) & TIMER0_MATCH_A) != 0)
         image_.flagged = TranslatedImage::NO_TIME;
     if (address == TCNT0) image_.timer_zero = cycle() - Cycles{at(TCNT0)} * COUNT_CYCLES;
@@ -114,7 +115,7 @@ void Robot::Translated::timer_written(uint16_t address) {
 }
 
 /// The next time that timer 0 has counted the compare value to its end.
-void Robot::Translated::find_match() {
+void TranslatedRobot::find_match() {
     image_.match = TranslatedImage::NO_TIME;
     if (!timer_ticks()) return;
     const uint64_t now = cycle();
@@ -125,14 +126,14 @@ void Robot::Translated::find_match() {
 }
 
 /// A read is there at once; a write takes its time, and the byte is read as written meanwhile.
-void Robot::Translated::eeprom_written() {
+void TranslatedRobot::eeprom_written() {
     const uint8_t control = at(EECR);
     const auto address = static_cast<uint16_t>(word(EEARL) % EEPROM_BYTES);
     if ((control & EECR_EERE) != 0) at(EEDR) = robot_.eeprom(address);
     const bool is_free = cycle() >= eeprom_free();
     if (is_free && (control & EECR_EEPE) != 0 && (control & EECR_EEMPE) != 0) {
         robot_.set_eeprom(address, at(EEDR));
-        robot_.written().eeprom_free = cycle() + EEPROM_WRITE_CYCLES;
+        state_.written().eeprom_free = cycle() + EEPROM_WRITE_CYCLES;
     }
     at(EECR) = control & (EECR_EEPE | EECR_EERE) ? 0 : control & EECR_EEMPE;
 }
@@ -140,7 +141,7 @@ void Robot::Translated::eeprom_written() {
 /// A program that prints mostly waits for the line, and each look is the interpreter's. Of the loop
 /// that avr-gcc makes of such a wait only the last turn is executed: it finds the line free, or an
 /// interrupt comes in it.
-void Robot::Translated::leave_out_polls() {
+void TranslatedRobot::leave_out_polls() {
     // lds r, UCSR0A; sbrs r, UDRE0; rjmp to the lds: the three take `TURN` cycles.
     constexpr uint16_t LDS = 0x9000, LDS_MASK = 0xFE0F, REGISTER = 0x01F0, SBRS_UDRE0 = 0xFE05,
                        RJMP_BACK = 0xCFFC;
@@ -155,27 +156,29 @@ void Robot::Translated::leave_out_polls() {
 }
 
 /// The line is busy for the time of a byte.
-void Robot::Translated::print(uint8_t byte) {
+void TranslatedRobot::print(uint8_t byte) {
     const unsigned scale = (at(UCSR0A) & UCSR0A_U2X) != 0 ? 8 : 16;
     const unsigned rate = word(UBRR0L) & 0xFFF;
     image_.serial_free = cycle() + uint64_t{SERIAL_BITS} * scale * (rate + 1);
     limit_changed_ = true;
-    auto &line = robot_.written().line;
+    auto &line = state_.written().line;
     if (line == nullptr) line = Own<std::string>::make();
     if (!ends_line(*line, byte)) return;
-    robot_.last_tick_ = ticks_now();
-    robot_.now_ = world_time();
+    robot_.last_tick = ticks_now();
+    robot_.now = world_time();
     robot_.report(EventKind::PRINT, std::exchange(*line, {}));
 }
 
 /// Motors and LED are what the ports and timer 2 make of them.
-void Robot::Translated::look_at_pins() {
+void TranslatedRobot::look_at_pins() {
     const kt_outputs_t outputs = {at(OCR2A), at(OCR2B), at(DDRB),  at(DDRC),
                                   at(DDRD),  at(PORTB), at(PORTC), at(PORTD)};
     uint64_t seen;
     std::memcpy(&seen, &outputs, sizeof seen);
-    robot_.now_ = world_time();
-    if (seen != robot_.outputs_seen_) robot_.take_outputs(seen);
+    robot_.now = world_time();
+    if (seen == robot_.outputs_seen) return;
+    robot_.outputs_seen = seen;
+    take_outputs(robot_, outputs);
 }
 
 }  // namespace kilotwin

@@ -19,13 +19,13 @@ constexpr uint8_t LOOKS_FOR_FOLLOWERS = 4;
 
 /// The pass that begins, if it is known, and for how many ticks; one that goes on over this tick
 /// before one that does not.
-const KnownPass *Robot::Translated::find_known_pass(uint32_t &lasts) const {
+const KnownPass *TranslatedRobot::find_known_pass(uint32_t &lasts) const {
     const uint16_t stack = word(SPL);
     const auto now = static_cast<uint8_t>(flags[6] << 6 | flags[7] << 7);
     const uint32_t ticks = ticks_now();
     const KnownPass *found = nullptr;
     lasts = 0;
-    for (const KnownPass &one : robot_.program_->known_passes.passes.all) {
+    for (const KnownPass &one : program_.known_passes.passes.all) {
         if (one.pc != pc || one.stack != stack || one.status != now) continue;
         const uint32_t so_long = one.lasts(data, ticks);
         if (so_long <= lasts) continue;
@@ -38,9 +38,9 @@ const KnownPass *Robot::Translated::find_known_pass(uint32_t &lasts) const {
 
 /// A pass of the main loop begins: whether it is one that is known, and how long that goes on.
 /// Where passes change something in each tick, it looks ever more seldom.
-bool Robot::Translated::recall() {
+bool TranslatedRobot::recall() {
     if (at(seam_.robot) != ROBOT_RUNNING) return false;
-    auto &known = robot_.program_->known_passes;
+    auto &known = program_.known_passes;
     known.looks++;
     uint32_t lasts = 0;
     const KnownPass *found = find_known_pass(lasts);
@@ -67,7 +67,7 @@ bool Robot::Translated::recall() {
 }
 
 /// The part of a pass that is kept while it goes on.
-TickRest Robot::Translated::rest_of(const KnownPass &known) {
+TickRest TranslatedRobot::rest_of(const KnownPass &known) {
     TickRest rest = {};
     rest.work_cycles =
         static_cast<uint16_t>(known.followers.empty() ? known.cycles : known.work_cycles);
@@ -84,9 +84,9 @@ TickRest Robot::Translated::rest_of(const KnownPass &known) {
 
 /// While the pass goes on the program may be asked for a message each time, and have none. Of a
 /// medium that has to be asked before, nothing is known.
-void Robot::Translated::recall_ask(const KnownPass &found, uint32_t lasts) {
-    if (robot_.arbitrated_ || robot_.context_->frame != 0) return;
-    auto &known = robot_.program_->known_passes;
+void TranslatedRobot::recall_ask(const KnownPass &found, uint32_t lasts) {
+    if (robot_.arbitrated || robot_.context->frame != 0) return;
+    auto &known = program_.known_passes;
     const uint32_t ticks = ticks_now();
     const auto use = [&](const KnownAsk &ask) {
         const auto moves = [&](const auto &one) { return ask.on.has(one.address, one.bytes); };
@@ -105,7 +105,7 @@ void Robot::Translated::recall_ask(const KnownPass &found, uint32_t lasts) {
 
 /// A tick comes so many cycles into a pass: cycles from that one's begin up to the next one that
 /// changes nothing, without the interrupt; 0: not known.
-uint32_t Robot::Translated::cycles_with_tick(uint32_t phase) const {
+uint32_t TranslatedRobot::cycles_with_tick(uint32_t phase) const {
     const TickRest &rest = image_.rest;
     if (phase <= rest.reads_from) return rest.work_cycles;
     if (phase > rest.reads_to) return static_cast<uint32_t>(image_.pass_cycles) + rest.work_cycles;
@@ -116,7 +116,7 @@ uint32_t Robot::Translated::cycles_with_tick(uint32_t phase) const {
 
 /// Passes are known to go on, also over ticks: those that only count, or ask the program in vain,
 /// are left out. Each puts off the passes behind it. True if there was one.
-bool Robot::Translated::take_ticks_at_rest() {
+bool TranslatedRobot::take_ticks_at_rest() {
     const TickRest &rest = image_.rest;
     if (rest.ends == 0 || !ticks_are_plain() || image_.match < cycle()) return false;
     const uint64_t others = std::min({message_at_, serial_asks_at(), edge_at_, end_of_run()});
@@ -130,7 +130,7 @@ bool Robot::Translated::take_ticks_at_rest() {
     uint64_t now = 0;
     for (; taken < most; taken++, counts += TICK_MATCH) {
         const bool asks = (counts & UINT16_MAX) > period;
-        const uint32_t interrupt = asks ? rest.ask_cycles : robot_.program_->tick_cycles;
+        const uint32_t interrupt = asks ? rest.ask_cycles : program_.tick_cycles;
         const uint32_t passes = cycles_with_tick(phase), takes = interrupt + passes;
         if (interrupt == 0 || passes == 0 || image_.match + takes + idle > others) break;
         now = image_.match - phase + takes;
@@ -153,7 +153,7 @@ bool Robot::Translated::take_ticks_at_rest() {
 }
 
 /// World time up to which nothing that the robot does can differ from rest, unless it is asked.
-Cycles Robot::Translated::rests_until() const {
+Cycles TranslatedRobot::rests_until() const {
     const TickRest &rest = image_.rest;
     if (rest.ends == 0 || image_.pass_cycles == 0 || !rest.is_whole || !ticks_are_plain() ||
         serial_asks_at() != TranslatedImage::NO_TIME)

@@ -16,86 +16,47 @@ using namespace atmega328p;
 namespace {
 
 constexpr uint64_t NO_TIME = TranslatedImage::NO_TIME;
-constexpr uint32_t FLASH_MASK = 0x7FFE;
-
-/// Prefetches bytes that nearly every run touches: registers, the first variables, the top of the
-/// stack and all beside the data space.
-void prefetch_chip(const uint8_t *image) {
-    constexpr size_t REGISTERS = 0x60, VARIABLES = 0x100, SOME = 0x100, TOP = SRAM_END - 0x40;
-    prefetch_bytes(image, REGISTERS);
-    prefetch_bytes(image + VARIABLES, SOME);
-    prefetch_bytes(image + TOP, sizeof(TranslatedImage) - TOP);
-}
+constexpr uint32_t PROGRAM_COUNTER = 0x7FFE;
 
 }  // namespace
 
-/// A robot whose loop changes nothing need not be executed before something reaches it.
-void Robot::go_on_translated() {
-    if (life_ == Life::OFF) life_ = Life::ALIVE;
-    const bool rests_on = until_ <= only_ticks_until_ && next_message_ >= until_;
-    if (rests_on && (has_no_message_ || next_ask() >= until_)) {
-        if (has_no_message_) pass_ticks();
-        now_ = until_;
-        return;
-    }
-    prefetch_chip(image_);
-    const auto &image = *reinterpret_cast<const TranslatedImage *>(image_);
-    const bool rests =
-        image.pass_cycles != 0 && image.interrupt == TranslatedImage::Interrupt::NONE;
-    if (rests && image.waits_for == 0 && next_interrupt() >= until_) {
-        now_ = until_;
-        return;
-    }
-    if (context_->black_box != nullptr) context_->black_box->runs(index_, last_tick_);
-    Translated(*this).run();
-    if (inbox_next_ > 0)
-        inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
-    inbox_next_ = 0;
-}
-
-/// Ticks up to `until_` go by without its being executed: it is to be asked at the next one.
-void Robot::pass_ticks() {
-    if (next_tick_ >= until_) return;
-    const Cycles ticks = (until_ - 1 - next_tick_) / tick_length_ + 1;
-    transmit_clock_match(&core_.transmit);
-    core_.transmit.counts = static_cast<uint16_t>(core_.transmit.counts + (ticks - 1) * TICK_MATCH);
-    last_tick_ += static_cast<uint32_t>(ticks);
-    next_tick_ += ticks * tick_length_;
-}
-
-Robot::Translated::Translated(Robot &robot)
+TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
+                                 TranslatedState &state)
     : translated_chip_t{},
+      program_(program),
       robot_(robot),
-      image_(*reinterpret_cast<TranslatedImage *>(robot.image_)),
-      code_(*robot.program_->translation()),
+      image_(state.image),
+      rare_(state.rare),
+      state_(state),
+      code_(program.code()),
       seam_(*code_.seam),
-      clock_{robot.power_up_, robot.tick_length_} {
+      clock_{robot.power_up, robot.tick_length} {
     data = image_.data.data();
     translated_chip_t::flags = image_.flags.data();
     flash = code_.flash;
-    effects = Program::effects();
+    effects = TranslatedProgram::effects();
     pc = image_.pc;
     turns = image_.turns;
     changed = image_.changed;
     net = image_.net;
     passed = image_.passed;
-    recalls_in = robot.context_->recalls_passes ? image_.recalls_in : INT32_MAX;
-    executes = !robot.context_->recalls_passes;
+    recalls_in = robot.context->recalls_passes ? image_.recalls_in : INT32_MAX;
+    executes = !robot.context->recalls_passes;
     pass = &image_.pass;
     translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
-        return static_cast<Translated *>(chip)->attend(what);
+        return static_cast<TranslatedRobot *>(chip)->attend(what);
     };
     pin_written = register_written;
     const unsigned all = (1u << ENGINE_CALLS) - 1;
-    calls = static_cast<uint8_t>(robot.context_->gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
+    calls = static_cast<uint8_t>(robot.context->gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
     limit_ = image_.cycle;
-    until_ = clock_.own_cycle(robot.until_);
+    until_ = clock_.own_cycle(robot.until);
     find_message();
     find_edge();
 }
 
 /// Interrupts come between blocks of code. A run ends where neither is left to do.
-void Robot::Translated::run() {
+void TranslatedRobot::run() {
     if (image_.waits_for != 0) take_answer();
     while (goes_on()) {
         flag_matches();
@@ -114,12 +75,12 @@ void Robot::Translated::run() {
     store();
 }
 
-uint64_t Robot::Translated::end_of_run() const {
+uint64_t TranslatedRobot::end_of_run() const {
     return image_.interrupt == Interrupt::NONE ? until_ : until_ + INTERRUPT_BEYOND;
 }
 
 /// Hands the state back to the image, and to the robot what others read of it.
-void Robot::Translated::store() {
+void TranslatedRobot::store() {
     image_.cycle = cycle();
     image_.pc = pc;
     image_.turns = turns;
@@ -127,45 +88,44 @@ void Robot::Translated::store() {
     image_.net = net;
     image_.passed = passed;
     image_.recalls_in = recalls_in;
-    robot_.only_ticks_until_ = goes_on() ? rests_until() : 0;
-    robot_.has_no_message_ = image_.rest.ask_cycles != 0;
-    robot_.in_interrupt_ = image_.interrupt != Interrupt::NONE;
+    robot_.only_ticks_until = goes_on() ? rests_until() : 0;
+    robot_.has_no_message = image_.rest.ask_cycles != 0;
     if (seam_.robot != 0) {
-        auto &core = robot_.core_;
+        auto &core = robot_.core;
         static_assert(offsetof(robot_core_t, transmit.increment) == 10, "as avr-gcc packs it");
         std::memcpy(&core, data + seam_.robot, offsetof(robot_core_t, transmit.increment) + 1);
     }
-    robot_.last_tick_ = ticks_now();
+    robot_.last_tick = ticks_now();
     const bool rests = image_.pass_cycles != 0 || image_.asleep_until != 0;
-    if (robot_.question_ == Question::NONE && robot_.life_ == Life::ALIVE)
-        robot_.now_ = rests ? std::max(robot_.until_, world_time()) : world_time();
-    robot_.next_tick_ = NEVER;
+    if (robot_.question == RobotRecord::Question::NONE && robot_.life == RobotRecord::Life::ALIVE)
+        robot_.now = rests ? std::max(robot_.until, world_time()) : world_time();
+    robot_.next_tick = NEVER;
     if (!timer_ticks()) return;
     const uint64_t next = std::min(image_.match, image_.flagged);
-    robot_.next_tick_ = clock_.world_time(next);
+    robot_.next_tick = clock_.world_time(next);
     const uint64_t since = next - image_.timer_zero;
-    robot_.overflow_ =
+    robot_.overflow =
         clock_.world_time(image_.timer_zero + (since / TICK_CYCLES + 1) * TICK_CYCLES);
-    const Cycles now = robot_.now_;
-    robot_.waits_past_tick_ =
-        now > robot_.next_tick_ ? static_cast<uint32_t>(now - robot_.next_tick_) : 0;
+    const Cycles now = robot_.now;
+    robot_.waits_past_tick =
+        now > robot_.next_tick ? static_cast<uint32_t>(now - robot_.next_tick) : 0;
 }
 
 /// The last pass may not foretell the next one.
-void Robot::Translated::disturb_passes() {
+void TranslatedRobot::disturb_passes() {
     changed = CHANGED;
     image_.pass_cycles = 0;
     image_.rest.ends = 0;
 }
 
 /// When the next interrupt comes, as they are let through, but for edges of light.
-uint64_t Robot::Translated::next_but_edges() const {
+uint64_t TranslatedRobot::next_but_edges() const {
     return std::min({image_.match, message_at_, serial_asks_at()});
 }
 
 /// Sets what execution goes on to: the next interrupt, or the end of the run. Interrupts that are
 /// held back count too, unless one waits: the code that lets them through need not be left then.
-void Robot::Translated::set_limit() {
+void TranslatedRobot::set_limit() {
     const uint64_t end = end_of_run(), now = cycle();
     uint64_t others = next_but_edges(), edge = edge_at_;
     const bool one_waits = image_.flagged != NO_TIME || std::min(others, edge) <= now;
@@ -180,7 +140,7 @@ void Robot::Translated::set_limit() {
 }
 
 /// Executes up to there.
-void Robot::Translated::execute() {
+void TranslatedRobot::execute() {
     if (image_.pass_cycles != 0 && lets_interrupts()) rest();
     set_limit();
     if (image_.pass_cycles != 0) {
@@ -198,14 +158,14 @@ void Robot::Translated::execute() {
 }
 
 /// Passes repeat: interrupts that change nothing else put the next ones off, and that is all.
-void Robot::Translated::rest() {
+void TranslatedRobot::rest() {
     do take_edges_at_rest();
     while (take_ticks_at_rest());
 }
 
 /// Passes repeat: an edge of light in one of them puts the next ones off, and that is all. So for
 /// edges before the last pass up to another interrupt.
-void Robot::Translated::take_edges_at_rest() {
+void TranslatedRobot::take_edges_at_rest() {
     const uint64_t end = std::min(end_of_run(), next_but_edges());
     uint64_t now = cycle();
     while (edge_at_ < end) {
@@ -233,12 +193,12 @@ void Robot::Translated::take_edges_at_rest() {
 /// Edges of frames that overlap, whose interrupts wait for one another, up to a moment at which
 /// none waits. False, and nothing done, where one may take the place of another one of its frame:
 /// that depends on where in a pass it comes.
-bool Robot::Translated::take_burst_at_rest(uint64_t &now, uint64_t end) {
+bool TranslatedRobot::take_burst_at_rest(uint64_t &now, uint64_t end) {
     constexpr size_t MOST_FRAMES = 4;
-    auto &lights = robot_.rare_->lights;
+    auto &lights = rare_->lights;
     const size_t frames = lights.size();
     if (frames > MOST_FRAMES) return false;
-    std::array<Light, MOST_FRAMES> saved;
+    std::array<SeenFrame, MOST_FRAMES> saved;
     std::copy(lights.begin(), lights.end(), saved.begin());
     uint64_t took = 0, free_at = edge_at_;
     do {
@@ -259,7 +219,7 @@ bool Robot::Translated::take_burst_at_rest(uint64_t &now, uint64_t end) {
 }
 
 /// The same as a turn of run(), within a region. What needs all of the state leaves the region.
-bool Robot::Translated::attend(unsigned what) {
+bool TranslatedRobot::attend(unsigned what) {
     const uint64_t begun = limit_ - static_cast<uint64_t>(pass_left);
     if (what == END_OF_INTERRUPT)
         return_from_interrupt();
@@ -275,9 +235,9 @@ bool Robot::Translated::attend(unsigned what) {
 
 /// Goes from region to region; leaves when an interrupt may be due, or what comes next depends on
 /// more than code.
-void Robot::Translated::execute_code() {
+void TranslatedRobot::execute_code() {
     while (left > 0) {
-        pc &= FLASH_MASK;
+        pc &= PROGRAM_COUNTER;
         const unsigned region = code_.region_of[pc / 2];
         switch (region != 0 ? code_.code[region - 1](this) : INTERPRET_ONE) {
         case CHECKPOINT:
@@ -294,7 +254,7 @@ void Robot::Translated::execute_code() {
 }
 
 /// Leaves one instruction to the interpreter. True if what comes next has to be found anew.
-bool Robot::Translated::execute_one() {
+bool TranslatedRobot::execute_one() {
     constexpr uint16_t RETI = 0x9518, SLEEP = 0x9588;
     static constexpr registers_t REGISTERS = {read_register, register_written};
     if (pc == RETURN_FROM_MESSAGE) {
@@ -321,7 +281,7 @@ bool Robot::Translated::execute_one() {
 }
 
 /// A loop begins anew: whether all passes up to the next interrupt would do what this one did.
-bool Robot::Translated::note_pass() {
+bool TranslatedRobot::note_pass() {
     const uint16_t stack = word(SPL);
     const uint8_t now = status();
     if (pass_cycles == TO_RECALL) {
@@ -352,12 +312,12 @@ bool Robot::Translated::note_pass() {
 
 /// It sleeps until an interrupt, or in power-down until the watchdog rings; timer 0 stands still
 /// then and nothing is received.
-void Robot::Translated::doze() {
+void TranslatedRobot::doze() {
     const uint64_t from = cycle();
     const bool down = (at(SMCR) & SMCR_SM) == SLEEP_POWER_DOWN;
     const uint64_t interrupt = std::min({image_.match, message_at_, edge_at_});
     if (down && message_at_ < std::min(image_.asleep_until, until_)) {
-        forget_told(robot_.inbox_[robot_.inbox_next_++].at);
+        forget_beside(robot_.inbox[robot_.inbox_next++].at);
         robot_.inbox_changed();
         find_message();
         return;
@@ -375,9 +335,9 @@ void Robot::Translated::doze() {
 }
 
 /// Its program counter points to what is no instruction: erased flash, mostly.
-void Robot::Translated::fail() {
-    robot_.now_ = world_time();
-    robot_.last_tick_ = ticks_now();
+void TranslatedRobot::fail() {
+    robot_.now = world_time();
+    robot_.last_tick = ticks_now();
     char text[96];
     std::snprintf(text, sizeof text,
                   "it left its program: there is no instruction at address 0x%04X",

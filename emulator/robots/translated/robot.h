@@ -23,9 +23,10 @@
 #include <cstring>
 
 #include "base/board_clock.h"
-#include "robots/robot.h"
-#include "robots/translated/image.h"
+#include "robots/record.h"
 #include "robots/translated/interpreter.h"
+#include "robots/translated/program.h"
+#include "robots/translated/state.h"
 
 namespace kilotwin {
 
@@ -34,9 +35,9 @@ namespace kilotwin {
 /// Sources: translated/robot.cpp (running, loops, interrupts), translated/rest.cpp (ticks in which
 /// nothing changes), translated/calls.cpp (the engine's functions, commands and messages),
 /// translated/registers.cpp.
-class Robot::Translated : private translated_chip_t {
+class TranslatedRobot : private translated_chip_t {
   public:
-    explicit Translated(Robot &robot);
+    TranslatedRobot(TranslatedProgram &program, RobotRecord &robot, TranslatedState &state);
 
     /// Executes up to the robot's until_, or to a question.
     void run();
@@ -60,7 +61,8 @@ class Robot::Translated : private translated_chip_t {
     Cycles world_time() const { return clock_.world_time(cycle()); }
     uint64_t end_of_run() const;
     bool goes_on() const {
-        return robot_.life_ == Life::ALIVE && robot_.question_ == Question::NONE;
+        return robot_.life == RobotRecord::Life::ALIVE &&
+               robot_.question == RobotRecord::Question::NONE;
     }
 
     /// Data space, by address.
@@ -125,7 +127,7 @@ class Robot::Translated : private translated_chip_t {
     void begin_interrupt(Interrupt which);
     void end_interrupt();
     void find_message();  ///< when the next one comes
-    bool forget_told(Cycles at);
+    bool forget_beside(Cycles at);
     bool hears_light() const;
     void find_edge();  ///< the next one
     void take_edge();
@@ -157,7 +159,7 @@ class Robot::Translated : private translated_chip_t {
     // Questions to the channel.
     Cycles asked_at() const;
     bool is_asked_in_time() const;
-    void wait_for_answer(unsigned number, Question question);
+    void wait_for_answer(unsigned number, RobotRecord::Question question);
     void take_answer();
     void put_on_air(const message_t &message);
 
@@ -170,13 +172,16 @@ class Robot::Translated : private translated_chip_t {
     bool timer_ticks() const;
     void eeprom_written();
     /// When the last byte is written.
-    uint64_t eeprom_free() const { return robot_.rare_ == nullptr ? 0 : robot_.rare_->eeprom_free; }
+    uint64_t eeprom_free() const { return rare_ == nullptr ? 0 : rare_->eeprom_free; }
     void leave_out_polls();
     void print(uint8_t byte);
     void look_at_pins();
 
-    Robot &robot_;
+    TranslatedProgram &program_;
+    RobotRecord &robot_;
     TranslatedImage &image_;
+    Own<TranslatedState::Rare> &rare_;
+    TranslatedState &state_;
     const translation_t &code_;
     const translated_seam_t &seam_;
     const BoardClock clock_;
@@ -187,10 +192,10 @@ class Robot::Translated : private translated_chip_t {
     /// The next edge of light, and the cycles that its interrupt takes.
     uint64_t edge_at_ = TranslatedImage::NO_TIME;
     uint32_t edge_cycles_ = 0;
-    Robot::Light *edge_light_ = nullptr;  ///< the frame that it is of
-    bool ends_run_ = false;               ///< limit_ is the end of the run
-    bool limit_changed_ = false;          ///< the next interrupt comes at another time than it was
-    bool is_early_ = false;               ///< what a call asks for is not known before the next run
+    SeenFrame *edge_light_ = nullptr;  ///< the frame that it is of
+    bool ends_run_ = false;            ///< limit_ is the end of the run
+    bool limit_changed_ = false;       ///< the next interrupt comes at another time than it was
+    bool is_early_ = false;            ///< what a call asks for is not known before the next run
 };
 
 }  // namespace kilotwin

@@ -10,7 +10,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import ValidationError
 
@@ -51,6 +51,9 @@ _OF_EXPERIMENTS = {"swarm", "arena", "robots", "duration_s"}
 _OF_SWEEPS = {"base", "block", "vary", "together", "each", "seeds"}
 
 
+Tier = Literal["native", "translated", "chip", "interpreted"]
+
+
 @dataclass(frozen=True)
 class Group:
     """Robots or modules that run one program; ids are given group by group."""
@@ -62,6 +65,13 @@ class Group:
     boot_loader: "Target | None" = None  # whose loader is in its flash, besides the program
     interpreted: bool = False  # on board, code is not translated
     translated: bool = False  # as guests, by their machine code
+
+    @property
+    def tier(self) -> Tier:
+        """The engine's word for how their program is executed."""
+        if self.on_board:
+            return "interpreted" if self.interpreted else "chip"
+        return "translated" if self.translated else "native"
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,8 @@ SimulationDef chip_and_guest(uint32_t step_ticks = 1) {
     def.profile = small_robot();
     def.profile.legs = true;
     def.kilobot_medium = infrared_settings();
-    def.groups.push_back({PROGRAMS "/mate.hex", "mate", 1, {{{-1, 0}, 0}}, true});
-    def.groups.push_back({GUESTS "/mate.so", "mate", 1, {{{1, 0}, 0}}, false});
+    def.groups.push_back({PROGRAMS "/mate.hex", "mate", 1, {{{-1, 0}, 0}}, Tier::CHIP});
+    def.groups.push_back({GUESTS "/mate.so", "mate", 1, {{{1, 0}, 0}}, Tier::NATIVE});
     return def;
 }
 

@@ -36,9 +36,10 @@ SimulationDef row_of_mates(size_t boards, size_t natives, double spacing_m, uint
     const auto middle = places.begin() + static_cast<ptrdiff_t>(boards);
     if (boards > 0)
         def.groups.push_back(
-            {PROGRAMS "/mate.hex", "mate", boards, {places.begin(), middle}, true});
+            {PROGRAMS "/mate.hex", "mate", boards, {places.begin(), middle}, Tier::CHIP});
     if (natives > 0)
-        def.groups.push_back({GUESTS "/mate.so", "mate", natives, {middle, places.end()}, false});
+        def.groups.push_back(
+            {GUESTS "/mate.so", "mate", natives, {middle, places.end()}, Tier::NATIVE});
     message_t run = {};
     run.type = static_cast<decltype(run.type)>(RUN);
     def.commands.push_back({0, 0, 65535, run});

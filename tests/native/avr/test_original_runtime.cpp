@@ -158,9 +158,9 @@ TEST_CASE("other runtimes, ours and native robots hear one another") {
     def.kilobot_medium = exact;
     def.clock_spread = 0.01;
     // In reach of each other, and nearly at rest.
-    def.groups.push_back({PROGRAMS "/original.hex", "original", 1, {{{0, 0}, 0}}, true});
-    def.groups.push_back({PROGRAMS "/mate.hex", "mate", 1, {{{SPACING_M, 0}, 0}}, true});
-    def.groups.push_back({GUESTS "/mate.so", "mate", 1, {{{0, SPACING_M}, 0}}, false});
+    def.groups.push_back({PROGRAMS "/original.hex", "original", 1, {{{0, 0}, 0}}, Tier::CHIP});
+    def.groups.push_back({PROGRAMS "/mate.hex", "mate", 1, {{{SPACING_M, 0}, 0}}, Tier::CHIP});
+    def.groups.push_back({GUESTS "/mate.so", "mate", 1, {{{0, SPACING_M}, 0}}, Tier::NATIVE});
     def.profile.speed_m_s = 1e-6;
     def.profile.turn_rad_s = 1e-6;
     message_t run = {};

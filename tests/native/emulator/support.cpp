@@ -45,14 +45,14 @@ Scene::Scene(const Arena &arena, uint64_t seed) : def(definition(arena)) {
 
 uint32_t Scene::add(const std::string &program, const std::vector<Pose> &poses) {
     uint32_t first = robots;
-    def.groups.push_back({guest(program), program, poses.size(), poses, false});
+    def.groups.push_back({guest(program), program, poses.size(), poses, Tier::NATIVE});
     robots += static_cast<uint32_t>(poses.size());
     return first;
 }
 
 uint32_t Scene::add_anywhere(const std::string &program, size_t count) {
     uint32_t first = robots;
-    def.groups.push_back({guest(program), program, count, {}, false});
+    def.groups.push_back({guest(program), program, count, {}, Tier::NATIVE});
     robots += static_cast<uint32_t>(count);
     return first;
 }
@@ -86,14 +86,14 @@ Pose pose_of(const Samples &samples, uint32_t robot, size_t row) {
 Bench::Bench(const std::vector<std::string> &programs, uint64_t seed)
     : chance_(seed),
       context_{chance_, events, emissions} {
-    Robot::serve_this_thread();
+    NativeGuest::serve_this_thread();
     for (const auto &name : programs) {
         auto &program = Program::load(guest(name), name);
         auto index = static_cast<uint32_t>(robots_.size());
-        images_.emplace_back(new uint8_t[program.state_bytes()]);
+        drivers_.push_back(std::make_unique<NativeDriver>(program, 1));
         Calibration calibration = {TICK_CYCLES,    static_cast<uint16_t>(index + 1), 65, 66, 70, 71,
                                    InfraredGains()};
-        robots_.emplace_back(context_, program, index, calibration, 0, images_.back().get());
+        robots_.emplace_back(context_, *drivers_.back(), index, calibration, 0);
     }
 }
 

@@ -13,6 +13,7 @@
 
 #include "../settings.h"
 #include "kilolib.h"  // RGB
+#include "robots/native/driver.h"
 #include "simulation/simulation.h"
 
 namespace kilotwin::testing {
@@ -107,7 +108,7 @@ class Bench {
   private:
     Chance chance_;
     RobotContext context_;
-    std::vector<std::unique_ptr<uint8_t[]>> images_;
+    std::vector<std::unique_ptr<Driver>> drivers_;
     std::deque<Robot> robots_;
     Cycles now_ = 0;
 };

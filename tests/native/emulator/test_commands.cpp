@@ -16,8 +16,9 @@ using Motors = std::vector<std::pair<int, int>>;
 
 Motors motors(Robot &robot) {
     Motors out;
-    for (const auto &command : robot.motor_commands) out.emplace_back(command.left, command.right);
-    robot.motor_commands.clear();
+    for (const auto &command : robot.motor_commands())
+        out.emplace_back(command.left, command.right);
+    robot.motor_commands().clear();
     return out;
 }
 
@@ -31,7 +32,7 @@ TEST_CASE("main() runs at power-up, setup() and loop() from RUN on") {
     bench.run(ticks(25));
     CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "setup at 12", "loop 9 at 20"});
     CHECK(shown(bench.robot(0)) == RGB(0, 3, 0));
-    auto commands = bench.robot(0).motor_commands;
+    auto commands = bench.robot(0).motor_commands();
     REQUIRE(commands.size() == 1);
     CHECK(commands[0].left == 70);
     CHECK(commands[0].right == 70);
@@ -128,7 +129,7 @@ TEST_CASE("READUID turns left for a bit of the uid that is set, after a kick of 
     Bench bench({"paused"});
     bench.tell(ticks(2), 0, message(READUID, {0}));
     bench.run(ticks(5));
-    const auto commands = bench.robot(0).motor_commands;
+    const auto commands = bench.robot(0).motor_commands();
     REQUIRE(motors(bench.robot(0)) == Motors{{255, 0}, {65, 0}});
     CHECK(commands[1].at - commands[0].at == 15 * CYCLES_PER_MS);
     bench.tell(ticks(6), 0, message(READUID, {1}));

@@ -53,7 +53,7 @@ Outcome outcome_of(SimulationDef def, bool run_ahead, int64_t duration_ticks,
     outcome.hash = final_hash(simulation.snapshot());
     outcome.statistics = simulation.statistics();
     for (size_t robot = 0; robot < simulation.size(); robot++)
-        outcome.variables.push_back(simulation.robot(robot).state());
+        outcome.variables.push_back(simulation.robot(robot).variables());
     return outcome;
 }
 

@@ -49,9 +49,9 @@ Told told_with(bool looks_early) {
         told.prints.emplace_back(event.at, event.robot, event.text);
     for (uint32_t robot = 0; robot < ROBOTS; robot++) {
         auto &of = told.motors.emplace_back();
-        for (const auto &command : bench.robot(robot).motor_commands)
+        for (const auto &command : bench.robot(robot).motor_commands())
             of.emplace_back(command.at, command.left, command.right);
-        told.states.push_back(bench.robot(robot).state());
+        told.states.push_back(bench.robot(robot).variables());
     }
     program.looks_early = true;
     CHECK((program.turns_to_look < TURNS_PER_TICK) == looks_early);

@@ -40,8 +40,8 @@ SimulationDef crowd_definition() {
     auto def = definition(arena);
     def.seed = 20240229;
     def.floor = floor_settings();
-    def.groups = {{guest("aggregation"), "aggregation", 50, {}, false},
-                  {guest("wanderer"), "wanderer", 10, {}, false}};
+    def.groups = {{guest("aggregation"), "aggregation", 50, {}, Tier::NATIVE},
+                  {guest("wanderer"), "wanderer", 10, {}, Tier::NATIVE}};
     // CONFIG of a foot-bot: rests where it is pushed to; turns take 0.70 s a radian; legs of 5 s,
     // entry 10 s, leave test 2 s.
     def.commands = {{-7, 0, 50, config(WIRE_KEY_PUSHED_OFF, 0)},
@@ -93,7 +93,7 @@ SimulationDef grid_definition() {
     grid.error_share = 0.05;
     def.grid = grid;
     def.lead_ticks = 128;
-    def.groups = {{guest("wanderer"), "wanderer", 15, {}, false}};
+    def.groups = {{guest("wanderer"), "wanderer", 15, {}, Tier::NATIVE}};
     def.commands = {{0, 0, ALL, run()}};
     return def;
 }

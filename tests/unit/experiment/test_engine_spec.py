@@ -126,7 +126,7 @@ def test_the_spec_holds_what_the_engine_needs(load: Load) -> None:
     assert spec["medium"] == {"kind": "ideal", "range_m": 0.8, "line_of_sight": False}
     assert spec["floor"] == {"obstacle_m": 0.05, "step_ticks": 3, "repeat_ticks": 16}
     assert spec["groups"] == [
-        {"program": "/guest.so", "name": "blink", "count": 10, "on_board": False, "poses": None}
+        {"program": "/guest.so", "name": "blink", "count": 10, "tier": "native", "poses": None}
     ]
 
 

@@ -91,7 +91,7 @@ def engine_spec(
                 "program": guest,
                 "name": group.program.name,
                 "count": group.count,
-                "on_board": group.on_board,
+                "tier": group.tier,
                 "poses": poses,
             }
             for group, guest, poses in zip(
@@ -147,7 +147,7 @@ def _grid(experiment: Experiment, module_guest: str | None) -> dict[str, Any]:
         "buses": keys.grid.buses,
         "program": module_guest,
         "name": experiment.modules.program.name,
-        "on_board": experiment.modules.on_board,
+        "tier": experiment.modules.tier,
         "cells": dict(keys.grid.cells),
         "faults": [
             {"at_tick": ticks(fault.at_s), "kind": fault.kind, "module": fault.module}

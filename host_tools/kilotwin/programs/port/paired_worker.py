@@ -28,6 +28,7 @@ def _measured(wanted: PairedRun) -> Measured:
             _confine(wanted)
         test = _emulator.DifferentialTest(
             guest=wanted.guest,
+            tier="native",
             elf=wanted.elf,
             name=wanted.name,
             seed=wanted.seed,

@@ -1,0 +1,47 @@
+/// A robot's program whose machine code is translated, loaded as a shared object: what all robots
+/// that run it share.
+#ifndef KILOTWIN_ROBOTS_TRANSLATED_PROGRAM_H
+#define KILOTWIN_ROBOTS_TRANSLATED_PROGRAM_H
+
+#include <string>
+
+#include "robots/translated/code.h"
+#include "robots/translated/passes/known_pass.h"
+
+namespace kilotwin {
+
+/// One per shared object and process, however many simulations use it. Not for two threads at a
+/// time.
+class TranslatedProgram {
+  public:
+    /// Loads the translation at `path`, or finds it loaded already. It stays for the life of the
+    /// process. Throws EngineError if it cannot be loaded, or was made for another engine.
+    static TranslatedProgram &load(const std::string &path, const std::string &name);
+
+    TranslatedProgram(const TranslatedProgram &) = delete;
+    TranslatedProgram &operator=(const TranslatedProgram &) = delete;
+
+    const std::string &name() const { return name_; }
+    const std::string &path() const { return path_; }
+    const translation_t &code() const { return *code_; }
+    /// Names of the interrupt handlers that the program defines, "A, B"; mostly empty. None of them
+    /// is ever called.
+    std::string own_handlers() const { return code_->seam->handlers; }
+    /// Registers that have an effect, by address (code.h).
+    static const uint8_t *effects();
+
+    /// Cycles of a tick's interrupt that only counts; 0: not yet known.
+    uint32_t tick_cycles = 0;
+    /// Passes of its main loop.
+    KnownPasses known_passes;
+
+  private:
+    TranslatedProgram(const std::string &path, std::string name);
+
+    std::string name_, path_;
+    const translation_t *code_;
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,44 @@
+/// State of a translated robot besides its record.
+#ifndef KILOTWIN_ROBOTS_TRANSLATED_STATE_H
+#define KILOTWIN_ROBOTS_TRANSLATED_STATE_H
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "kilolib.h"
+#include "robots/translated/image.h"
+
+namespace kilotwin {
+
+/// A frame whose edges a robot has not all taken.
+struct SeenFrame {
+    uint64_t begin;  ///< own cycles
+    message_t message;
+    uint16_t slot;  ///< edges before it have been taken
+};
+
+struct TranslatedState {
+    /// What few robots have: those that light fell on, that wrote to their EEPROM, or that printed.
+    struct Rare {
+        Own<std::string> line;          ///< that it prints
+        uint64_t eeprom_free = 0;       ///< when it has written the last byte
+        uint64_t light_asked = 0;       ///< when it last asked whether a frame has begun
+        std::vector<SeenFrame> lights;  ///< in order of time
+        std::vector<Cycles> beside;  ///< when messages beside the medium come, if others are missed
+    };
+
+    TranslatedImage image;
+    Own<Rare> rare;  ///< by written()
+
+    Rare &written() {
+        if (!rare) rare = Own<Rare>::make();
+        return *rare;
+    }
+};
+
+}  // namespace kilotwin
+
+#endif
