@@ -44,12 +44,12 @@ def kept_objects(
     words: Iterable[str],
     files: Iterable[Path],
     compile_into: Callable[[Path], object],
-    notify: Notify = lambda _: None,
+    notify: Notify,
 ) -> Path:
     """The folder with objects of sources of ours that many programs are linked with.
 
     From the cache, or made by `compile_into`, which gets a new folder. `words` and `files`: as of
-    key_of(), all that goes in.
+    key_of(), all that goes in. `notify` gets a line of what was damaged.
     """
     folder = cache_folder() / f"{key_of(words, files)}-objects"
     if not is_built(folder, notify):

@@ -12,7 +12,10 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 from kilotwin import _emulator
-from kilotwin.session.black_box import LOOK_S, Watch
+from kilotwin.errors import RunError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.session.black_box import LOOK_S, BlackBox, Watch
+from kilotwin.session.confined_worker import load_libraries
 
 # More than any answer takes.
 _MOST = (1 << 30) + (1 << 16)
@@ -35,6 +38,22 @@ class Ended:
         """The signal that ended it, if one did."""
         status = self.status
         return signal.Signals(os.WTERMSIG(status)) if os.WIFSIGNALED(status) else None
+
+
+def run_in_fork(
+    work: Callable[[BlackBox], bytes], experiment: Experiment, limit_s: float | None
+) -> Ended:
+    """Does a run of the experiment in a fork, whose engine writes the black box that `work` gets.
+
+    RunError, which names the robot, if it had to be ended since nothing went on in it.
+    """
+    load_libraries(experiment)  # once for all runs
+    with BlackBox.made() as box:
+        watch = Watch(box)
+        ended = in_fork(lambda: work(box), watch, limit_s)
+        if ended.stuck:
+            raise RunError(watch.what(experiment))
+    return ended
 
 
 def in_fork(work: Callable[[], bytes], watch: Watch, limit_s: float | None = None) -> Ended:

@@ -45,11 +45,18 @@ def test_a_damaged_image_is_built_again(damage: Callable[[Path], None], folder: 
     assert said[0] == f"{kept.folder}: is damaged, and built again"
 
 
+@pytest.mark.parametrize("make", [build, build_image])
 @pytest.mark.parametrize("damage", [empty, Path.unlink])
 def test_a_damaged_object_of_ours_is_compiled_again(
-    damage: Callable[[Path], None], folder: Path, cache: Path
+    make: Callable[..., object], damage: Callable[[Path], None], folder: Path, cache: Path
 ) -> None:
-    build(find_program("blink.c", folder, (), ("N=1",)))
+    make(find_program("blink.c", folder, (), ("N=1",)))
+    kept = sorted(cache.glob("*-objects"))
+    assert kept
     for file in cache.glob("*-objects/*"):
         damage(file)
-    assert build(find_program("blink.c", folder, (), ("N=2",))).file.is_file()
+    said: list[str] = []
+    make(find_program("blink.c", folder, (), ("N=2",)), said.append)
+    assert sorted(line for line in said if ": is damaged" in line) == [
+        f"{one}: is damaged, and built again" for one in kept
+    ]

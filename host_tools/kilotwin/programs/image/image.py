@@ -101,7 +101,7 @@ def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
     image = Image(program.name, cache_folder() / f"{key}-avr", key, version, written)
     if not is_built(image.folder, notify):
         with building(f"compiling {program.written} for the ATmega328P", image.folder, notify):
-            _build(program, compiler, runtime, image)
+            _build(program, compiler, runtime, image, notify)
     return image
 
 
@@ -165,7 +165,9 @@ def _helper_flags(program: Program) -> list[str]:
     return [*_flags(), *avr_words("AVR_LIBRARY"), *APIS[program.api].includes()]
 
 
-def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Image) -> None:
+def _build(
+    program: Program, compiler: str, runtime: Sequence[Path], image: Image, notify: Notify
+) -> None:
     failure = _failure(program)
 
     def compile_into(folder: Path, sources: Sequence[Path], flags: list[str]) -> list[Path]:
@@ -181,7 +183,7 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
             return []
         words = [image.compiler, *flags, *map(str, sources)]
         files = read_by(compiler, sources, flags, failure)
-        kept = kept_objects(words, files, lambda draft: compile_into(draft, sources, flags))
+        kept = kept_objects(words, files, lambda draft: compile_into(draft, sources, flags), notify)
         copy_files(kept, folder)
         return sorted(folder.glob("*.o"))
 

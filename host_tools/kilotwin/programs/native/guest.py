@@ -165,7 +165,8 @@ def build(
     compiler = find_compiler()
     version = compiler_version(compiler)
     flags = [*flags, *(_COVERED_FLAGS if covered else ())]
-    builder = _Builder(program, compiler, version, flags, _COVERED_SIDE if covered else ())
+    more_of_side = _COVERED_SIDE if covered else ()
+    builder = _Builder(program, compiler, version, flags, more_of_side, notify=notify)
     key = builder.key()
     file = cache_folder() / key / f"{program.name}.so"
     if not is_built(file, notify):
@@ -208,8 +209,11 @@ class _Builder:
         version: str,
         more: Sequence[str] = (),
         more_of_side: Sequence[str] = (),
+        *,
+        notify: Notify = lambda _: None,
     ) -> None:
         self._program = program
+        self._notify = notify
         self._compiler = compiler
         self._version = version
         self._guest = resources.path("emulator/robots/native")
@@ -387,7 +391,10 @@ class _Builder:
             return []
         words = [self._version, *flags, *map(str, sources)]
         folder = kept_objects(
-            words, self._ours(), lambda draft: self._compile(sources, flags, draft)
+            words,
+            self._ours(),
+            lambda draft: self._compile(sources, flags, draft),
+            self._notify,
         )
         return sorted(folder.glob("*.o"))
 

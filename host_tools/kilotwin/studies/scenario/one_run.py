@@ -12,9 +12,9 @@ from kilotwin.files import confinement
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.marks import Marks, marks_of_all, understood
 from kilotwin.programs.group import build_all, symbols_of
-from kilotwin.session.black_box import BlackBox, Watch
-from kilotwin.session.confined_worker import confine_trial, load_libraries, unconfined_because
-from kilotwin.session.fork import in_fork
+from kilotwin.session.black_box import BlackBox
+from kilotwin.session.confined_worker import confine_trial, unconfined_because
+from kilotwin.session.fork import run_in_fork
 from kilotwin.session.job import Job
 from kilotwin.session.trial import Trial
 from kilotwin.studies.scenario.looks import Failure, Look, Looks
@@ -95,14 +95,11 @@ def with_seed(experiment: Experiment, seed: int) -> Experiment:
 def run_once(task: Task) -> Ran:
     """Runs it in a fork; whatever brings that down is the run's trouble."""
     try:
-        load_libraries(task.experiment)  # once for all runs
-        with BlackBox.made() as box:
-            watch = Watch(box)
-            ended = in_fork(
-                lambda: json.dumps(_in_fork(task, box)).encode(), watch, task.timeout_s + GRACE_S
-            )
-            if ended.stuck:
-                return Ran(task.seed, trouble=watch.what(task.experiment))
+        ended = run_in_fork(
+            lambda box: json.dumps(_in_fork(task, box)).encode(),
+            task.experiment,
+            task.timeout_s + GRACE_S,
+        )
     except KilotwinError as error:
         return Ran(task.seed, trouble=str(error))
     if ended.late:

@@ -18,9 +18,9 @@ import pyarrow as pa
 from kilotwin import _emulator
 from kilotwin.errors import KilotwinError
 from kilotwin.runs.columns import Records
-from kilotwin.session.black_box import BlackBox, Watch
-from kilotwin.session.confined_worker import confine_trial, load_libraries, unconfined_because
-from kilotwin.session.fork import Ended, in_fork
+from kilotwin.session.black_box import BlackBox
+from kilotwin.session.confined_worker import confine_trial, unconfined_because
+from kilotwin.session.fork import Ended, run_in_fork
 from kilotwin.session.job import Job
 from kilotwin.studies.sweep import parts
 from kilotwin.studies.sweep.measure import (
@@ -50,13 +50,7 @@ def measure_confined(task: Task) -> Measured | Failed:
     limit_s = None if task.timeout_s is None else task.timeout_s + GRACE_S
     try:
         job = job_of(task)
-        load_libraries(task.experiment)  # once for all trials
-        with BlackBox.made() as box:
-            watch = Watch(box)
-            job = replace(job, black_box=str(box.path))
-            ended = in_fork(lambda: _work(task, job), watch, limit_s)
-            if ended.stuck:
-                return Failed(task.key, watch.what(task.experiment), None)
+        ended = run_in_fork(lambda box: _work(task, job, box), task.experiment, limit_s)
     except KilotwinError as error:
         return Failed(task.key, str(error), None)
     return _answer(task, ended)
@@ -72,8 +66,9 @@ def serve(parent: int) -> None:
             answers.flush()
 
 
-def _work(task: Task, job: Job) -> bytes:
+def _work(task: Task, job: Job, box: BlackBox) -> bytes:
     """In the fork: runs the trial; a head, and the part."""
+    job = replace(job, black_box=str(box.path))
     answer = measure_job(task, job, clock_of(task.timeout_s), lambda: confine_trial(job))
     part = b""
     if isinstance(answer, Failed):
