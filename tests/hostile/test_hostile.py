@@ -1,4 +1,4 @@
-"""67 programs that mean harm: each is stopped, fails, or goes on as said, and harms no one else."""
+"""78 programs that mean harm: each is stopped, fails, or goes on as said, and harms no one else."""
 
 import json
 import os
@@ -24,7 +24,7 @@ profile = "kilobot"
 sample_s = 0.5
 [[robots]]
 program = "{culprits}"
-define = ['VICTIM="{outside}/victim"', 'OUTSIDE="{outside}"', 'WAY={way}']
+define = ['VICTIM="{outside}/victim"', 'OUTSIDE="{outside}"', 'WAY={way}', 'FOLDER="{folder}"']
 count = {count}
 [[robots]]
 program = "{here}/innocent.c"
@@ -35,7 +35,7 @@ REFUSED = "it made a system call that is not allowed here, "
 # End of the robot with a uid: the kind of its event, and what the text has behind the place.
 STOPPED: dict[int, tuple[str, str]] = {
     **dict.fromkeys(range(1, 27), ("crash", REFUSED)),
-    **dict.fromkeys((33, 34, 35, 36, 37), ("crash", REFUSED)),
+    **dict.fromkeys((32, 33, 34, 35, 36, 37), ("crash", REFUSED)),
     **dict.fromkeys((38, 39, 41, 42, 44, 45, 48), ("crash", "Segmentation fault at address")),
     43: ("stack_overflow", "its stack grew over"),
     46: ("crash", "Trace/breakpoint trap"),
@@ -45,7 +45,7 @@ STOPPED: dict[int, tuple[str, str]] = {
 NAMED = {3: "kill()", 5: "fork()", 9: "execve()", 15: "connect()", 36: "mmap()"}
 # Instructions that end their functions, which the compiler has put one behind the other.
 PLACES = {17: "processes", 46: "code", 47: "code"}
-DENIED = {27: "open", 28: "make", 29: "unlink", 30: "rename", 31: "mkdir", 32: "truncate"}
+DENIED = {27: "open", 28: "make", 29: "unlink", 30: "rename", 31: "mkdir"}
 GOES_ON = {40, 49, 50, 52, 53, 54, 57, 58, 59, 60}
 
 
@@ -61,7 +61,13 @@ def run(folder: Path, culprits: Path, count: int, duration_s: float, way: int = 
     outside.mkdir(parents=True)
     (outside / "victim").write_text("mine")
     text = EXPERIMENT.format(
-        culprits=culprits, outside=outside, here=HERE, count=count, way=way, duration_s=duration_s
+        culprits=culprits,
+        outside=outside,
+        folder=folder,
+        here=HERE,
+        count=count,
+        way=way,
+        duration_s=duration_s,
     )
     (folder / "experiment.toml").write_text(text)
     words = ["run", folder / "experiment.toml", "--out", folder / "run", "--json", "--quiet"]
@@ -148,7 +154,20 @@ def test_the_manifest_says_that_the_run_was_confined(swarm: Swarm) -> None:
     assert (manifest["confined"], manifest["not_confined"]) == (True, [])
 
 
-@pytest.mark.parametrize("way", range(1, 10))
+LAST = "last to run was ends_run robot 1"
+DAMAGED = "is damaged; one of the programs wrote into the run folder"
+# Ways of ends_run.c of which more is said than that the process ended: a part of it.
+SAID = {
+    **dict.fromkeys((1, 2, 3, 4, 10, 13, 14, 15), LAST),
+    11: f"manifest.json: {DAMAGED}",
+    12: "cannot write (is a directory)",
+    16: f"robots.arrows: {DAMAGED}",
+    17: "cannot write (too many open files)",
+    **dict.fromkeys((18, 19), "programs made files in its folder: there are more than 1,007"),
+}
+
+
+@pytest.mark.parametrize("way", range(1, 20))
 def test_a_program_that_ends_its_worker_costs_that_run_alone(way: int, tmp_path: Path) -> None:
     done = run(tmp_path / "run", HERE / "ends_run.c", 3, 3, way)
     manifest = json.loads((tmp_path / "run/run/manifest.json").read_text())
@@ -157,8 +176,7 @@ def test_a_program_that_ends_its_worker_costs_that_run_alone(way: int, tmp_path:
     assert done.returncode == 1, (done.stdout, done.stderr)
     assert manifest["status"] == "failed"
     assert done.stderr.count("\nkilotwin: ") + done.stderr.startswith("kilotwin: ") == 1
-    if way < 5:
-        assert "last to run was ends_run robot 1" in manifest["reason"]
+    assert SAID.get(way, "") in manifest["reason"]
     assert "innocent" not in manifest["reason"]
     assert "\x1b" not in done.stderr
     if way == 9:

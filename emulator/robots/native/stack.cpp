@@ -56,6 +56,10 @@ constexpr uint32_t STUCK_TIMES = GuestStack::STUCK_CPU_S * (1'000'000'000 / TIME
 constexpr long WALL_TIMER_S = 1;
 // A guest that sleeps is in libc, so that it takes two times STUCK_TIMES.
 constexpr uint32_t WALL_WEIGHT = 2 * STUCK_TIMES * WALL_TIMER_S / GuestStack::STUCK_WALL_S;
+// Flags of the processor: it traps behind each instruction; it checks alignment.
+constexpr greg_t TRAP_FLAG = 1 << 8, ALIGNMENT_FLAG = 1 << 18;
+// Segments of 64-bit code and of its stack, in REG_CSGSFS.
+constexpr greg_t SEGMENTS = 0x002b'0000'0000'0033, THEIR_BITS = ~0x0000'ffff'ffff'0000;
 constexpr size_t SIGNAL_STACK_BYTES = 64 * 1024;
 constexpr size_t RED_ZONE_BYTES = 128;
 
@@ -247,6 +251,11 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
     auto &stack = instance();
     auto *fault = static_cast<siginfo_t *>(info);
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
+    if (signal == SIGBUS && (registers[REG_EFL] & ALIGNMENT_FLAG) != 0) {
+        // A guest has set it, which neither the engine nor libraries bear; a robot has none.
+        registers[REG_EFL] &= ~ALIGNMENT_FLAG;
+        return;
+    }
     if (signal == SIGSYS && stack.host_ == nullptr) {  // the engine's or Python's own
         registers[REG_RAX] = -EPERM;
         return;
@@ -278,6 +287,8 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
 
 /// Lets the interrupted thread go on in leave_after_fault().
 void GuestStack::end_call(greg_t *registers) {
+    registers[REG_EFL] &= ~TRAP_FLAG;
+    registers[REG_CSGSFS] = (registers[REG_CSGSFS] & ~THEIR_BITS) | SEGMENTS;
     registers[REG_RIP] = reinterpret_cast<greg_t>(&GuestStack::leave_after_fault);
     registers[REG_RSP] = reinterpret_cast<greg_t>(memory_ + BYTES - 64 - sizeof(void *));
 }

@@ -1,16 +1,19 @@
 """Confines a process in which robots' programs run (emulator/base/confinement.h)."""
 
+import site
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+import kilotwin
 from kilotwin import _emulator
 from kilotwin.files import resources
 
 # Memory that programs may take beside what the process has when it is confined.
 _MEMORY_BYTES = 640 * 1024 * 1024
 _MEMORY_PER_ROBOT_BYTES = 20 * 1024
-_FILE_BYTES = 1 << 30
+FILE_BYTES = 1 << 30
+"""Size of a file that it may write, beside what the run needs."""
 
 
 def confine_process(
@@ -25,11 +28,21 @@ def confine_process(
     package. No file of its grows beyond `most_written` bytes and a gigabyte. Returns the layers
     that the kernel lacks.
     """
-    python = (Path(entry) for entry in sys.path if entry)
     return _emulator.confine(
-        readable=[str(path) for path in (*readable, *python, *resources.build_folders())],
+        readable=[str(path) for path in (*readable, *_python(), *resources.build_folders())],
         writable=[str(path.absolute()) for path in writable],
         memory_bytes=_MEMORY_BYTES + _MEMORY_PER_ROBOT_BYTES * robots,
-        file_bytes=_FILE_BYTES + most_written,
+        file_bytes=FILE_BYTES + most_written,
         sockets=sockets,
     )
+
+
+def _python() -> Iterator[Path]:
+    """Where Python imports from, without folders of the user's: `python -m` and pytest add the
+    present one, and those of tests."""
+    ours = Path(kilotwin.__file__).resolve().parents[1]
+    installed = [Path(prefix) for prefix in (sys.prefix, sys.base_prefix, site.getuserbase())]
+    for entry in filter(None, sys.path):
+        path = Path(entry).resolve()
+        if path == ours or any(path.is_relative_to(prefix) for prefix in installed):
+            yield path

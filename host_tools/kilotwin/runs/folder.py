@@ -20,15 +20,17 @@ tracking.arrows   a row per report of a robot    (Arrow IPC stream; and tracking
 can.log           a line per CAN frame, as candump -L writes it
 """
 
+import contextlib
 import json
 import os
 import re
+import shutil
 import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from kilotwin.errors import InputError, cause_of
+from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files.drafts import draft_of
 
@@ -58,8 +60,8 @@ INTERRUPTED = "interrupted"
 FAILED = "failed"
 
 
-# More than a manifest takes that names a thousand failed robots.
-_RESERVED_BYTES = 256 * 1024
+# More than a manifest takes that names a thousand failed robots; and than any.
+_RESERVED_BYTES, _MOST_BYTES = 256 * 1024, 1 << 26
 
 
 class Reserve:
@@ -133,11 +135,37 @@ def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
 
 
 def add_to_manifest(folder: Path, more: dict[str, Any]) -> None:
-    """Writes what is known of a run after it began."""
-    write_manifest(folder, {**json.loads((folder / MANIFEST).read_text()), **more})
+    """Writes what is known of a run after it began. RunError if the manifest is none any more: a
+    confined program can write there."""
+    with (folder / MANIFEST).open("rb") as file:
+        text = file.read(_MOST_BYTES)
+    try:
+        known = dict(json.loads(text))
+    except (ValueError, TypeError, RecursionError):
+        what = "is damaged; one of the programs wrote into the run folder"
+        raise RunError(f"{folder / MANIFEST}: {what}") from None
+    write_manifest(folder, {**known, **more})
 
 
 def close_manifest(folder: Path, status: str, exit_code: int, **more: Any) -> None:
-    """Writes how the run ended; also in place of a writer that died."""
-    ending = {"status": status, "exit_code": exit_code, "ended_utc": utc_now()}
-    add_to_manifest(folder, {**ending, **more})
+    """Writes how the run ended."""
+    add_to_manifest(folder, {**_ending(status, exit_code), **more})
+
+
+def close_for_writer(
+    folder: Path, began: dict[str, Any], status: str, exit_code: int, reason: str
+) -> None:
+    """The same in place of a writer that died. A manifest that a program has spoiled becomes the
+    one that the run `began` with."""
+    ending = {**_ending(status, exit_code), "reason": reason}
+    try:
+        add_to_manifest(folder, ending)
+    except (RunError, OSError):
+        with contextlib.suppress(OSError):
+            if (folder / MANIFEST).is_dir():
+                shutil.rmtree(folder / MANIFEST)
+            write_manifest(folder, {**began, **ending})
+
+
+def _ending(status: str, exit_code: int) -> dict[str, Any]:
+    return {"status": status, "exit_code": exit_code, "ended_utc": utc_now()}

@@ -18,6 +18,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from kilotwin import __version__
+from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.record import EXTRA_OF, Record
 from kilotwin.experiment.states import Counts, States, count
@@ -145,7 +146,7 @@ class RunWriter:
                     stream.close()
             if clean:
                 for stream_file in sorted(self.folder.glob("*.arrows")):
-                    to_parquet(stream_file, stream_file.with_suffix(".parquet"))
+                    _keep_as_parquet(stream_file)
         finally:
             self._reserve.release()
 
@@ -217,6 +218,14 @@ class Stream:
         """Ends the stream."""
         self._writer.close()
         self._file.close()
+
+
+def _keep_as_parquet(stream: Path) -> None:
+    try:
+        to_parquet(stream, stream.with_suffix(".parquet"))
+    except pa.ArrowInvalid:
+        what = "is damaged; one of the programs wrote into the run folder"
+        raise RunError(f"{stream}: {what}") from None
 
 
 def to_parquet(stream: Path, target: Path, *, torn: bool = False) -> None:

@@ -9,12 +9,15 @@ from kilotwin import _emulator
 from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement
-from kilotwin.files.confined_process import confine_process
+from kilotwin.files.confined_process import FILE_BYTES, confine_process
 from kilotwin.runs.size import size_of
+from kilotwin.session.growth import Growth
 from kilotwin.session.job import Job
 
 # More than the log of a full table's buses takes, and than a trace of all pins of a chip.
 _BUSES_BYTES_PER_S, _TRACE_BYTES_PER_S = 4_000_000, 40_000_000
+# Files beside those of prints, and how many of them may grow to the bound of one.
+_FILES, _FULL_FILES = 1000, 4
 
 
 def unconfined_because(experiment: Experiment) -> str:
@@ -39,21 +42,25 @@ def confine_worker(job: Job) -> dict[str, Any]:
         raise RunError(f"--confine=require: {missing[0]}; use a newer kernel, or leave it out")
     load_libraries(job.experiment)
     if job.live is not None or job.acts:
-        pass
-    writable = [job.folder, *_black_box_of(job)]
-    serving = job.serving
-    if serving is not None:
-        writable += [link.parent for link in (serving.ohc_link, serving.dispatcher_link) if link]
+        import kilotwin.session.live
+        import kilotwin.session.steering  # noqa: F401 (a confined process could not)
     if threading.active_count() > 1:
         missing.append("threads that were there before keep their files")
     confine_process(
         job.experiment.size,
         readable=map(Path, job.all_guests),
-        writable=writable,
+        writable=[job.folder, *_black_box_of(job)],
         most_written=_most_written(job),
-        sockets=serving is not None or job.probes.gdb is not None,
+        sockets=job.serving is not None or job.probes.gdb is not None,
     )
     return {"confined": not missing, "not_confined": missing}
+
+
+def growth_of(job: Job) -> Growth:
+    """The bound on the run folder of a confined worker: a file of prints for each robot, and those
+    of its tables, of which none is full."""
+    most_bytes = _FULL_FILES * (FILE_BYTES + _most_written(job))
+    return Growth(job.folder, _FILES + job.experiment.size, most_bytes)
 
 
 def _most_written(job: Job) -> int:

@@ -38,6 +38,11 @@ class Serving:
     dispatcher_link: Path | None = None
     poses: "Address | None" = None
 
+    @property
+    def links(self) -> list[Path]:
+        """Names for ports, as far as they are given."""
+        return [link for link in (self.ohc_link, self.dispatcher_link) if link is not None]
+
     def check(self, experiment: Experiment) -> None:
         """InputError if the experiment has no such table."""
         if experiment.keys.step:

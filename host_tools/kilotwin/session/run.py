@@ -38,16 +38,18 @@ from kilotwin.runs.folder import (
     RUNNING,
     add_to_manifest,
     check_free,
-    close_manifest,
+    close_for_writer,
     default_folder,
     utc_now,
 )
 from kilotwin.runs.size import bytes_of, size_of
 from kilotwin.session.acts import Act
 from kilotwin.session.black_box import LOOK_S, BlackBox, Watch
+from kilotwin.session.confined_worker import growth_of, unconfined_because
 from kilotwin.session.display import Display, Window
 from kilotwin.session.job import Job, Probes, Serving
 from kilotwin.session.worker_process import WorkerProcess, start_worker
+from kilotwin.table.ports.pseudo_terminal import remove_dead
 
 # Kinds of reports, and what each has.
 _REPORTS: dict[str, dict[str, type]] = {
@@ -145,6 +147,8 @@ def run(
             outcome = _Child(job, display, timeout_s, functions, window).wait()
         finally:
             display.stop()
+            for link in serving.links if serving is not None else ():
+                remove_dead(link)
     outcome.summary["record"] = {**size.as_dict(), "bytes": bytes_of(folder)}
     return outcome if outcome.stop_asked else _with_twins(outcome, twins, folder)
 
@@ -216,7 +220,8 @@ class _Child:
         assert job.black_box is not None
         self._black_box = BlackBox(Path(job.black_box))
         self._watch = Watch(self._black_box)
-        self._stuck = False
+        self._growth = None if unconfined_because(job.experiment) else growth_of(job)
+        self._ended_because = ""
         self._window = window
         self._functions = functions
         self._in_function = False
@@ -249,6 +254,9 @@ class _Child:
                     if last["type"] == "error":  # what comes behind it is of no account
                         break
                 returncode = process.wait()
+                self._ended_because = self._ended_because or self._overgrown()
+                if self._ended_because:
+                    last = {}
                 if last.get("type") == "done":
                     summary, code = last["summary"], last["exit_code"]
                     cut_short = self._timed_out and summary["status"] == INTERRUPTED
@@ -320,8 +328,8 @@ class _Child:
             error = self._death(returncode, log)
         if self._folder_made:
             status = INTERRUPTED if isinstance(error, InterruptError) else FAILED
-            with contextlib.suppress(OSError):
-                close_manifest(self._job.folder, status, error.exit_code, reason=str(error))
+            job = self._job
+            close_for_writer(job.folder, job.manifest, status, error.exit_code, str(error))
         return error
 
     def _remove_refused(self) -> None:
@@ -340,8 +348,8 @@ class _Child:
             if self._timed_out:
                 return TimeoutRunError(f"it took longer than {self._timeout_s:g} s; {late}")
             return InterruptError(f"interrupted; {late}")
-        if self._stuck:
-            return RunError(self._watch.what(self._job.experiment) + kept)
+        if self._ended_because:
+            return RunError(self._ended_because + kept)
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
@@ -389,19 +397,15 @@ class _Child:
 
         def look() -> None:
             while not over.wait(LOOK_S):
-                if self._in_function:
-                    self._watch.heard()
-                elif self._watch.is_stuck():
-                    self._stuck = True
+                if why := self._why_to_end(process):
+                    self._ended_because = why
                     process.kill()
                     return
 
         watcher = threading.Thread(target=look, daemon=True)
         if self._timeout_s is not None:
             limit.start()
-        # A debugger holds a chip for as long as it likes, an environment thinks as long.
-        if self._job.probes.gdb is None and self._job.experiment.environment is None:
-            watcher.start()
+        watcher.start()
         with heeding_interrupts(stop):
             try:
                 yield
@@ -409,5 +413,21 @@ class _Child:
                 limit.cancel()
                 patience.cancel()
                 over.set()
-                if watcher.is_alive():
-                    watcher.join()
+                watcher.join()
+
+    def _why_to_end(self, process: WorkerProcess) -> str:
+        """Why the worker is to be ended now, as a clause; "" if it is not."""
+        # A debugger holds a chip for as long as it likes, an environment thinks as long.
+        patient = self._job.probes.gdb is not None or self._job.experiment.environment is not None
+        if self._in_function or patient:
+            self._watch.heard()
+        elif self._watch.is_stuck():
+            return self._watch.what(self._job.experiment)
+        return self._overgrown(process.pid)
+
+    def _overgrown(self, process: int | None = None) -> str:
+        """What is too much in the run folder, while the process writes it or at the end."""
+        if self._growth is None:
+            return ""
+        trouble = self._growth.too_much(process)
+        return trouble and trouble + self._ran_last()

@@ -33,6 +33,7 @@ class WorkerProcess(Protocol):
     Left as a context, its pipes are closed and its end is awaited.
     """
 
+    pid: int
     stdin: IO[bytes] | None
     stdout: IO[bytes] | None
 
@@ -99,8 +100,8 @@ class _Fork:
             stream.flush()  # the fork has no second copy to print
         orders, reports, parent = os.pipe(), os.pipe(), os.getpid()
         self._returncode: int | None = None
-        self._pid = os.fork()
-        if self._pid == 0:
+        self.pid = os.fork()
+        if self.pid == 0:
             _be_worker(job, parent, (orders[0], reports[1], log.fileno()))
         os.close(orders[0])
         os.close(reports[1])
@@ -121,12 +122,12 @@ class _Fork:
         """Ends it at once, if it has not ended."""
         if self._returncode is None:
             with contextlib.suppress(ProcessLookupError):
-                os.kill(self._pid, signal.SIGKILL)
+                os.kill(self.pid, signal.SIGKILL)
 
     def wait(self) -> int:
         """Its exit code at its end; -N if signal N ended it."""
         if self._returncode is None:
-            _, status = os.waitpid(self._pid, 0)
+            _, status = os.waitpid(self.pid, 0)
             self._returncode = os.waitstatus_to_exitcode(status)
         return self._returncode
 

@@ -172,14 +172,16 @@ class PoseSender:
             where = f"udp:{address[0]}:{address[1]}"
             raise InputError(f"--poses {where}: {error.strerror}; name another host") from None
         family, kind, protocol, _, to = found[0]
-        self._to: Any = to
         self._socket = socket.socket(family, kind, protocol)
         self._socket.setblocking(False)
+        # Connected, for a confined process may send to no other address (docs/security.md).
+        with contextlib.suppress(OSError):
+            self._socket.connect(to)
 
     def send(self, datagram: bytes) -> None:
         """Datagrams that the network does not take are lost."""
         with contextlib.suppress(OSError):
-            self._socket.sendto(datagram, self._to)
+            self._socket.send(datagram)
 
     def close(self) -> None:
         """Gives the socket up."""

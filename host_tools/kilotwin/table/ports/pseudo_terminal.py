@@ -80,6 +80,13 @@ class PseudoTerminal:
                 self._link.unlink()
 
 
+def remove_dead(link: Path) -> None:
+    """Removes a link to a port that is gone: its process ended, or may not remove it itself."""
+    with contextlib.suppress(OSError):
+        if link.is_symlink() and not link.exists():
+            link.unlink()
+
+
 def _replace_link(link: Path, port: str, option: str) -> None:
     """A link that an earlier one left is replaced, any other file is not."""
     try:
