@@ -51,12 +51,10 @@ def test_a_damaged_object_of_ours_is_compiled_again(
     make: Callable[..., object], damage: Callable[[Path], None], folder: Path, cache: Path
 ) -> None:
     make(find_program("blink.c", folder, (), ("N=1",)))
-    kept = sorted(cache.glob("*-objects"))
-    assert kept
     for file in cache.glob("*-objects/*"):
         damage(file)
     said: list[str] = []
     make(find_program("blink.c", folder, (), ("N=2",)), said.append)
-    assert sorted(line for line in said if ": is damaged" in line) == [
-        f"{one}: is damaged, and built again" for one in kept
-    ]
+    damaged = [line for line in said if line.endswith(": is damaged, and built again")]
+    assert damaged
+    assert all("-objects: " in line for line in damaged)

@@ -20,6 +20,7 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
@@ -117,11 +118,13 @@ _SHARED_FLAGS = [*LINK_FLAGS, "-Wl,-Bsymbolic"]
 
 # A tool's wall time; what it computes is limited by emulator/base/confinement.h.
 _LONGEST_S = 600.0
+_MOST_ERRORS = 1 << 16  # bytes
 # Messages of compilers at those limits.
 _OUT_OF_LIMITS = re.compile(
     r"terminated program|virtual memory exhausted|out of memory|Cannot allocate memory"
     r"|limit exceeded|File too large"
 )
+_KILLED = re.compile(r"Killed signal terminated|CPU time limit exceeded")
 
 # A change of a program's preprocessed text; gets the folders of headers that are not the program's.
 _Change = Callable[[str, Sequence[str]], str]
@@ -507,6 +510,9 @@ def run_tool(
             "the compiler cannot be confined; see it yourself, or add --trust",
             detail=done.stderr.rstrip(),
         )
+    if confine and _KILLED.search(done.stderr):
+        why = "it takes more time, or more memory, than a compiler gets (docs/security.md)"
+        raise RunError(f"{failure}; {why}", detail=done.stderr.rstrip())
     if confine and _OUT_OF_LIMITS.search(done.stderr):
         failure += "; it takes more memory, time or room than a compiler gets (docs/security.md)"
     if confine and os.strerror(errno.EACCES) in done.stderr:
@@ -519,20 +525,23 @@ def _done(
 ) -> "subprocess.CompletedProcess[str]":
     """A tool that has ended; RunError if it does not within _LONGEST_S, with all that it started.
 
-    A header may be a pipe that nobody writes.
+    A header may be a pipe that nobody writes. What it prints goes to files, which its limits bound:
+    one source can have a billion errors, of which the first and the last are kept.
     """
-    with subprocess.Popen(
-        command,
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",
-        process_group=0,
-    ) as process:
+    with (
+        tempfile.TemporaryFile() as out,
+        tempfile.TemporaryFile() as said,
+        subprocess.Popen(
+            command,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=out,
+            stderr=said,
+            process_group=0,
+        ) as process,
+    ):
         try:
-            out, said = process.communicate(timeout=_LONGEST_S)
+            process.wait(_LONGEST_S)
         except subprocess.TimeoutExpired:
             raise RunError(
                 f"{name} did not end within {_LONGEST_S:.0f} s; look for a header that is a pipe"
@@ -540,4 +549,18 @@ def _done(
         finally:
             if process.returncode is None:
                 os.killpg(process.pid, signal.SIGKILL)
-    return subprocess.CompletedProcess(command, process.returncode, out, said)
+        out.seek(0)
+        errors = _ends_of(said)
+        printed = (text.decode(errors="replace") for text in (out.read(), errors))
+    return subprocess.CompletedProcess(command, process.returncode, *printed)
+
+
+def _ends_of(file: IO[bytes]) -> bytes:
+    """A text that is short, or the first and the last of its lines."""
+    size = file.seek(0, os.SEEK_END)
+    file.seek(0)
+    if size <= _MOST_ERRORS:
+        return file.read()
+    first = file.read(_MOST_ERRORS // 2)
+    file.seek(size - _MOST_ERRORS // 2)
+    return first.rpartition(b"\n")[0] + b"\n...\n" + file.read().partition(b"\n")[2]
