@@ -34,7 +34,8 @@ void check(bool done, const char *what) {
 struct Loader {
     uint64_t memory_bytes;
     bool sockets;
-    std::ifstream status;  ///< opened before Landlock shuts it
+    std::ifstream status;  ///< opened before Landlock shuts it, as is the group
+    std::ofstream group;
 };
 std::optional<Loader> loader;
 
@@ -74,7 +75,8 @@ std::vector<std::string> confine(const Confinement &wanted, const SystemCallFilt
 }  // namespace
 
 std::vector<std::string> confine_worker(const Confinement &wanted) {
-    loader = {wanted.memory_bytes, wanted.sockets, std::ifstream("/proc/self/status")};
+    loader = {wanted.memory_bytes, wanted.sockets, std::ifstream("/proc/self/status"), {}};
+    if (!wanted.memory_group.empty()) loader->group.open(wanted.memory_group);
     return confine(wanted, SystemCallFilter::of_loader(wanted.sockets));
 }
 
@@ -86,6 +88,7 @@ void close_worker() {
         limit(RLIMIT_AS, now.addresses + last.memory_bytes + FILES_BYTES);
         limit(RLIMIT_DATA, now.own + last.memory_bytes);
     }
+    if (last.group.is_open()) last.group << "0" << std::flush;
     if (SystemCallFilter::is_there()) SystemCallFilter::of_worker(last.sockets).install();
 }
 

@@ -21,6 +21,8 @@ struct Confinement {
     std::vector<std::string> writable;    ///< readable too; files may be made and removed there
     /// Memory beyond what it has when it is closed, and size of a file, bytes; 0: no limit.
     uint64_t memory_bytes = 0, file_bytes = 0;
+    /// A cgroup's cgroup.procs, by which it joins when it is closed; "": none.
+    std::string memory_group = {};
     /// Takes connections, sends and receives by sockets that it has open.
     bool sockets = false;
 };

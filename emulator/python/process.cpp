@@ -16,14 +16,19 @@ namespace {
 
 std::vector<std::string> confine(std::vector<std::string> readable,
                                  std::vector<std::string> writable, uint64_t memory_bytes,
-                                 uint64_t file_bytes, bool sockets) {
+                                 uint64_t file_bytes, std::string memory_group, bool sockets) {
     // Its timers and handlers cannot be made later.
     GuestStack::instance().serve_this_thread();
     GuestStack::instance().attend_system_calls();
     // simavr's debugger takes an interrupted select() for a connection.
     if (!sockets) GuestStack::instance().watch_sleep();
-    return confine_worker(
-        {std::move(readable), {}, std::move(writable), memory_bytes, file_bytes, sockets});
+    return confine_worker({std::move(readable),
+                           {},
+                           std::move(writable),
+                           memory_bytes,
+                           file_bytes,
+                           std::move(memory_group),
+                           sockets});
 }
 
 }  // namespace
@@ -32,7 +37,8 @@ void register_process(nb::module_ &m) {
     m.def("end_with_parent", &end_with_parent, nb::arg("parent"), nb::arg("grace_s") = 0.0,
           "Has this process killed so many seconds after the process `parent`, its parent, ends.");
     m.def("confine", &confine, nb::kw_only(), nb::arg("readable"), nb::arg("writable"),
-          nb::arg("memory_bytes"), nb::arg("file_bytes"), nb::arg("sockets"),
+          nb::arg("memory_bytes"), nb::arg("file_bytes"), nb::arg("memory_group"),
+          nb::arg("sockets"),
           "Leaves this process, for good, these files and folders and what it has open; returns "
           "the layers that the kernel lacks.");
     m.def("lacking_layers", &lacking_layers, "Layers of confine() that this kernel lacks.");

@@ -25,6 +25,7 @@ def confine(  # see base/confinement.h
     writable: Sequence[str],
     memory_bytes: int,
     file_bytes: int,
+    memory_group: str,
     sockets: bool,
 ) -> list[str]: ...
 def lacking_layers() -> list[str]: ...

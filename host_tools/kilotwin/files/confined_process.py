@@ -7,7 +7,7 @@ from pathlib import Path
 
 import kilotwin
 from kilotwin import _emulator
-from kilotwin.files import resources
+from kilotwin.files import memory_group, resources
 
 # Memory that programs may take beside what the process has when it is confined.
 _MEMORY_BYTES = 640 * 1024 * 1024
@@ -28,11 +28,13 @@ def confine_process(
     package. No file of its grows beyond `most_written` bytes and a gigabyte. Returns the layers
     that the kernel lacks.
     """
+    memory_bytes = _MEMORY_BYTES + _MEMORY_PER_ROBOT_BYTES * robots
     return _emulator.confine(
         readable=[str(path) for path in (*readable, *_python(), *resources.build_folders())],
         writable=[str(path.absolute()) for path in writable],
-        memory_bytes=_MEMORY_BYTES + _MEMORY_PER_ROBOT_BYTES * robots,
+        memory_bytes=memory_bytes,
         file_bytes=FILE_BYTES + most_written,
+        memory_group=memory_group.make(memory_bytes),
         sockets=sockets,
     )
 

@@ -78,6 +78,12 @@ class BlackBox:
         program = experiment.program_of(seen.robot).name
         return f"{program} robot {seen.robot} tick {seen.tick}"
 
+    def out_of_memory(self, experiment: Experiment) -> str:
+        """Why the kernel ended the process that took too much (files/memory_group.py), a clause."""
+        last = self.ran_last(experiment)
+        ran = f"; last to run was {last}" if last else ""
+        return f"its programs took more memory than a run gets (docs/security.md){ran}"
+
 
 class Watch:
     """Looks whether a process gets on. It counts looks and not the wall's time, so that a computer

@@ -14,6 +14,7 @@ from typing import NoReturn
 from kilotwin import _emulator
 from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.files import memory_group
 from kilotwin.session.black_box import LOOK_S, BlackBox, Watch
 from kilotwin.session.confined_worker import load_libraries
 
@@ -26,12 +27,14 @@ _END_S = 10.0
 @dataclass(frozen=True)
 class Ended:
     """The outcome of a fork: the bytes that its work returned, which a program may have written,
-    and its wait status. This process ended it if it was `late` or `stuck`."""
+    and its wait status. This process ended it if it was `late` or `stuck`, the kernel if it was
+    `greedy`: it wanted more memory than there is for it."""
 
     said: bytes
     status: int
     late: bool = False
     stuck: bool = False
+    greedy: bool = False
 
     @property
     def signal(self) -> signal.Signals | None:
@@ -45,7 +48,8 @@ def run_in_fork(
 ) -> Ended:
     """Does a run of the experiment in a fork, whose engine writes the black box that `work` gets.
 
-    RunError, which names the robot, if it had to be ended since nothing went on in it.
+    RunError, which names the robot, if it had to be ended since nothing went on in it, or took too
+    much memory.
     """
     load_libraries(experiment)  # once for all runs
     with BlackBox.made() as box:
@@ -53,6 +57,8 @@ def run_in_fork(
         ended = in_fork(lambda: work(box), watch, limit_s)
         if ended.stuck:
             raise RunError(watch.what(experiment))
+        if ended.greedy:
+            raise RunError(box.out_of_memory(experiment))
     return ended
 
 
@@ -87,7 +93,8 @@ def in_fork(work: Callable[[], bytes], watch: Watch, limit_s: float | None = Non
         if late or stuck or not _ends(child):
             os.kill(child, signal.SIGKILL)
         _, status = os.waitpid(child, 0)
-    return Ended(bytes(said), status, late, stuck)
+        greedy = memory_group.remove(child)
+    return Ended(bytes(said), status, late, stuck, greedy)
 
 
 def _ends(child: int) -> bool:

@@ -25,6 +25,7 @@ from kilotwin.errors import (
     TimeoutRunError,
 )
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.files import memory_group
 from kilotwin.files.interrupts import heeding_interrupts
 from kilotwin.files.plain_text import plain, quoted
 from kilotwin.metrics.functions import LocalFunctions, answer
@@ -62,7 +63,7 @@ _REPORTS: dict[str, dict[str, type]] = {
     "done": {"exit_code": int, "summary": dict},
     "error": {"exit_code": int, "message": str},
 }
-_LONGEST_REPORT = 1 << 26
+_LONGEST_REPORT, _LONGEST_LOG = 1 << 26, 1 << 20
 _GARBLED = (
     "the engine's process reports what cannot be understood; one of the programs wrote into its "
     "files, so that what was recorded is spoiled"
@@ -254,6 +255,8 @@ class _Child:
                     if last["type"] == "error":  # what comes behind it is of no account
                         break
                 returncode = process.wait()
+                if memory_group.remove(process.pid):
+                    self._ended_because = self._black_box.out_of_memory(self._job.experiment)
                 self._ended_because = self._ended_because or self._overgrown()
                 if self._ended_because:
                     last = {}
@@ -266,7 +269,7 @@ class _Child:
                         raise RunError(_GARBLED) from None
                     return Outcome(summary, code, self._interrupts > 0, cut_short, marks)
                 log.seek(0)
-                raise self._failure(last, returncode, log.read().strip())
+                raise self._failure(last, returncode, log.read(_LONGEST_LOG).strip())
 
     def _answer(self, message: dict[str, Any], process: WorkerProcess) -> dict[str, Any]:
         """Calls metrics' functions for the worker; returns the message, or an error for one that is

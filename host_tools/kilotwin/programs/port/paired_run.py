@@ -6,14 +6,16 @@ import contextlib
 import os
 import subprocess
 import sys
+import tempfile
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from kilotwin.errors import InputError, RunError
+from kilotwin.files import memory_group
 from kilotwin.files.plain_text import quoted
 
-_MOST_ANSWER_BYTES = 1 << 26
+_MOST_ANSWER_BYTES, _MOST_WORDS_BYTES = 1 << 26, 1 << 20
 
 
 class _Message(BaseModel):
@@ -80,18 +82,26 @@ def run(wanted: PairedRun, timeout_s: float | None = None) -> Measured:
     takes longer than `timeout_s`.
     """
     command = [sys.executable, "-P", "-m", "kilotwin.programs.port.paired_worker", str(os.getpid())]
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    ) as process:
+    # What it says goes to files, since a program may say more than memory holds.
+    with (
+        tempfile.TemporaryFile() as answers,
+        tempfile.TemporaryFile() as said,
+        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=answers, stderr=said) as process,
+    ):
         try:
-            answer, words = process.communicate(wanted.model_dump_json().encode(), timeout_s)
+            process.communicate(wanted.model_dump_json().encode(), timeout_s)
         except subprocess.TimeoutExpired:
             raise RunError(f"{wanted.name}: took longer than {timeout_s:g} s") from None
         finally:
             process.kill()
+            process.wait()
+            memory_group.remove(process.pid)
+        answers.seek(0)
+        said.seek(0)
+        answer, words = answers.read(_MOST_ANSWER_BYTES), said.read(_MOST_WORDS_BYTES)
     measured = None
     with contextlib.suppress(ValidationError):
-        measured = Measured.model_validate_json(answer[:_MOST_ANSWER_BYTES])
+        measured = Measured.model_validate_json(answer)
     if measured is None:
         what = f"{wanted.name}: the program ended its process (code {process.returncode})"
         raise RunError(what, detail=quoted(words.decode(errors="replace").strip()))
