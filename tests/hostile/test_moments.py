@@ -92,6 +92,7 @@ class Scene:
     """A folder, and one beside it that no program may touch."""
 
     folder: Path
+    command: tuple[object, ...] = (KILOTWIN,)
 
     def __post_init__(self) -> None:
         self.outside.mkdir()
@@ -108,7 +109,7 @@ class Scene:
     def kilotwin(self, *words: object, **variables: str) -> "subprocess.CompletedProcess[str]":
         """A command; afterwards nothing has been touched."""
         done = subprocess.run(
-            [KILOTWIN, *map(str, words)],
+            [*map(str, self.command), *map(str, words)],
             env={**os.environ, "KILOTWIN_CACHE": str(self.folder.parent / "cache"), **variables},
             cwd=self.folder,
             capture_output=True,
@@ -158,6 +159,13 @@ def run_swarm(scene: Scene, cases: list[tuple[int, int]], *words: str, **variabl
 
 def test_a_harmful_act_is_refused_and_named_at_every_moment(scene: Scene) -> None:
     run_swarm(scene, CASES, "--confine=require")
+
+
+def test_the_present_folder_is_not_read_where_python_imports_from_it(scene: Scene) -> None:
+    (scene.folder / "swarm.toml").write_text(SWARM + scene.text(ROBOTS, 13, 2))
+    scene.command = (sys.executable, "-m", "kilotwin")
+    scene.kilotwin("run", "swarm.toml", "--out", "run", "--confine=require")
+    assert verdicts(scene.folder / "run") == {0: ["did 0"]}
 
 
 def test_calls_are_refused_at_every_moment_without_landlock(scene: Scene) -> None:
