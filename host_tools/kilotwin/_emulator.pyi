@@ -213,6 +213,7 @@ class DifferentialTest:
         self,
         *,
         guest: str,
+        tier: str,
         elf: str,
         name: str,
         seed: int,
