@@ -22,6 +22,7 @@ import kilotwin
 from kilotwin.errors import InputError, InterruptError, KilotwinError, RunError, cause_of
 from kilotwin.files import extras
 from kilotwin.files.confinement import SINGLE_THREADED
+from kilotwin.files.interrupts import once
 from kilotwin.files.plain_text import plain
 
 COMMANDS = {
@@ -109,9 +110,10 @@ def main() -> None:
     for name, value in SINGLE_THREADED.items():
         os.environ.setdefault(name, value)
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # we have none
+    end = once(_end)
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, _end)
+            signal.signal(number, end)
     try:
         _check_working_folder()
         try:
@@ -148,8 +150,12 @@ def _open_closed_streams() -> None:
 
 def _end(number: int, _frame: FrameType | None) -> NoReturn:
     """Ends what does not heed a signal otherwise, but not before it has cleared up behind itself.
-    One more ends it at once."""
-    signal.signal(number, signal.SIG_DFL)
+    One more, a second later, ends it at once."""
+
+    def end_at_once(number: int, _frame: FrameType | None) -> NoReturn:
+        os._exit(_ENDED_BY + number)
+
+    signal.signal(number, once(end_at_once, heard=True))
     sys.exit(_ENDED_BY + number)
 
 

@@ -1,23 +1,45 @@
 """Ctrl-C, a polite kill and a terminal that goes away, for what ends with its data kept."""
 
 import contextlib
+import math
 import os
 import signal
 import stat
+import time
 from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
 Handler = Callable[[int, FrameType | None], Any]
 
+SAME_S = 1.0
+"""`timeout`, make and CI signal a process and then its group: a signal that comes so soon after
+another is the same one."""
+
+
+def once(handler: Handler, *, heard: bool = False) -> Handler:
+    """`handler`, which is not called again for SAME_S once it was. `heard`: it just was."""
+    heard_s = time.monotonic() if heard else -math.inf
+
+    def heed(number: int, frame: FrameType | None) -> None:
+        nonlocal heard_s
+        now_s = time.monotonic()
+        if now_s - heard_s >= SAME_S:
+            heard_s = now_s
+            handler(number, frame)
+
+    return heed
+
 
 @contextlib.contextmanager
 def heeding_interrupts(handler: Handler) -> Iterator[None]:
     """Within, these signals call `handler`, also where a shell has them ignored (`&`); but a
-    terminal that goes away does not under `nohup`.
+    terminal that goes away does not under `nohup`. Two within SAME_S are one.
 
     Outside the main thread nothing changes: signals are not ours there.
     """
+
+    handler = once(handler)
 
     def hung_up(number: int, frame: FrameType | None) -> None:
         _leave_terminal()

@@ -212,7 +212,8 @@ def test_when_the_engine_dies_the_parent_closes_the_folder(
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupted_run_keeps_its_data(number: int, start_endless: Start, folder: Path) -> None:
     process = start_endless("--json")
-    os.killpg(process.pid, number)
+    os.kill(process.pid, number)
+    os.killpg(process.pid, number)  # as `timeout` does
     output, errors = process.communicate(timeout=120)
     assert process.returncode == 130, errors
     assert "interrupted; what was recorded is kept" in errors
