@@ -10,7 +10,7 @@ import pyarrow as pa
 
 from kilotwin import __version__
 from kilotwin.errors import InputError, KilotwinError, cause_of
-from kilotwin.runs.folder import EVENTS, FAILED, FINISHED, RUNNING, add_to_manifest
+from kilotwin.runs.folder import EVENTS, FAILED, FILES, FINISHED, RUNNING, add_to_manifest
 from kilotwin.runs.reader import Run, read_parquet
 from kilotwin.runs.writer import to_parquet
 
@@ -84,6 +84,7 @@ def check(folder: Path, *, repair: bool = False) -> FolderVerdict:
         if name not in verdict.tables:
             verdict.found(DAMAGED, f"{name}.arrows is not there")
     _look_at_events(run, verdict, repair=repair)
+    _look_at_sizes(run, verdict)
     if repair and run.manifest.get("status") == RUNNING:
         add_to_manifest(folder, {"status": FAILED, "reason": "it was killed; found by check-run"})
         verdict.mended.append("manifest.json says failed")
@@ -172,6 +173,21 @@ def _look_at_events(run: Run, verdict: FolderVerdict, *, repair: bool) -> None:
     if repair and torn:
         file.write_bytes(b"".join(good))
         verdict.mended.append(f"the torn last line of {EVENTS} is cut off")
+
+
+def _look_at_sizes(run: Run, verdict: FolderVerdict) -> None:
+    """Whether files that say of themselves nothing of their ends are as the run left them."""
+    sizes = run.manifest.get(FILES)
+    if not isinstance(sizes, dict):
+        return
+    for name, size in sizes.items():
+        file = run.folder / name
+        if file.suffix in (".arrows", ".parquet") or name == EVENTS:
+            continue  # these are read whole
+        if not file.is_file():
+            verdict.found(DAMAGED, f"{name} is not there")
+        elif file.stat().st_size < size:
+            verdict.found(DAMAGED, f"{name} is cut off: {file.stat().st_size:,} of {size:,} bytes")
 
 
 def _is_event(line: bytes) -> bool:

@@ -40,6 +40,7 @@ EVENTS = "events.jsonl"
 PRINTS = "prints"
 OBJECTS = "objects"
 TRACKING = "tracking"
+FILES = "files"  # of the manifest
 CAN_LOG = "can.log"
 SENT = "sent"
 MODULES = "modules"
@@ -148,8 +149,17 @@ def add_to_manifest(folder: Path, more: dict[str, Any]) -> None:
 
 
 def close_manifest(folder: Path, status: str, exit_code: int, **more: Any) -> None:
-    """Writes how the run ended."""
-    add_to_manifest(folder, {**_ending(status, exit_code), **more})
+    """Writes how the run ended, and how large its files are then."""
+    add_to_manifest(folder, {**_ending(status, exit_code), FILES: sizes_of(folder), **more})
+
+
+def sizes_of(folder: Path) -> dict[str, int]:
+    """Bytes of the files in a run folder, by their paths in it, but for the manifest."""
+    return {
+        path.relative_to(folder).as_posix(): path.stat().st_size
+        for path in sorted([*folder.glob("*"), *(folder / PRINTS).glob("*")])
+        if path.is_file() and path.name != MANIFEST
+    }
 
 
 def close_for_writer(

@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, RunError
 from kilotwin.runs.palette import state_colours
 from kilotwin.runs.reader import Run
 from kilotwin.studies.plot.video import Film, write_video
@@ -185,3 +186,20 @@ def test_a_run_without_places_is_refused_as_a_map_of_it_is(
     writer.add(samples([0, 100]))
     with pytest.raises(InputError, match=f"left out {left_out}, which is needed here; add it"):
         write_video(Run.open(writer.folder), tmp_path / "x.gif", Film(), lambda _: None)
+
+
+def test_a_video_that_the_disk_has_no_room_for_leaves_the_one_that_was_there(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # An encoder that may write 4 KiB stands for a full disk.
+    encoder = tmp_path / "ffmpeg"
+    real = imageio_ffmpeg.get_ffmpeg_exe()
+    encoder.write_text(f"#!/bin/sh\ntrap '' XFSZ\nulimit -f 8\nexec {real} \"$@\"\n")
+    encoder.chmod(0o755)
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", lambda: str(encoder))
+    target = tmp_path / "run.mp4"
+    target.write_bytes(b"the one before")
+    with pytest.raises(RunError, match=r"-o .*run\.mp4: ffmpeg cannot encode it \(.*too large"):
+        write_video(run, target, Film(speed=2, width_px=960), quiet)
+    assert target.read_bytes() == b"the one before"
+    assert sorted(file.name for file in tmp_path.iterdir() if "run.mp4" in file.name) == ["run.mp4"]

@@ -17,6 +17,7 @@ import pytest
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.check import check
 from kilotwin.runs.folder import check_free, close_manifest, default_folder
 from kilotwin.runs.reader import Run, read_parquet
 from kilotwin.runs.writer import RunWriter
@@ -314,6 +315,22 @@ def test_the_manifest_is_replaced_in_one_step(experiment: Experiment, tmp_path: 
     assert manifest["status"] == "interrupted"
     assert manifest["ended_utc"].endswith("+00:00")
     assert not list((tmp_path / "run").glob(".*"))
+
+
+def test_a_log_that_was_cut_or_removed_is_damage(experiment: Experiment, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    writer = write(folder, experiment, 3)
+    (folder / "can.log").write_text("(0.1) can0 001#\n" * 3)
+    writer.close(clean=True)
+    close_manifest(folder, "finished", 0)
+    assert check(folder).state == "whole"
+    (folder / "map.png").write_bytes(b"made later")
+    assert check(folder).state == "whole"
+    (folder / "can.log").write_text("(0.1) can0 001#\n" * 2)
+    cut = check(folder)
+    assert (cut.state, cut.findings[-1]) == ("damaged", "can.log is cut off: 32 of 48 bytes")
+    (folder / "can.log").unlink()
+    assert check(folder).findings[-1] == "can.log is not there"
 
 
 def test_streams_are_readable_while_they_are_written(

@@ -177,9 +177,11 @@ def test_causes_are_told_once_and_a_few_of_them() -> None:
 def test_files_are_found_below_a_folder_but_for_what_runs_leave(
     scenario: Callable[..., Path],
 ) -> None:
-    for name in ("b.toml", "runs/x/experiment.toml", ".venv/a.toml", "deep/er/a.toml"):
+    kept = "failed/x/experiment.toml"  # of a run folder
+    for name in ("b.toml", "runs/x/experiment.toml", kept, ".venv/a.toml", "deep/er/a.toml"):
         Path(name).parent.mkdir(parents=True, exist_ok=True)
         scenario('that = "robots"', name=name)
+    Path("failed/x/manifest.json").write_text("{}")
     Path("sweep.toml").write_text("seeds = 3\n")
     Path("broken.toml").write_text("expect = [[\n")
     assert find([]) == [Path("b.toml"), Path("deep/er/a.toml")]

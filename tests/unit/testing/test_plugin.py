@@ -78,7 +78,7 @@ def project(pytester: pytest.Pytester) -> pytest.Pytester:
     files = {
         "led.c": PROGRAM,
         "plain.toml": EXPERIMENT,
-        "met.toml": EXPERIMENT + '[[expect]]\nthat = "led.red == 1"\n',
+        "met.toml": 'expect = [{that = "led.red == 1"}]\n' + EXPERIMENT,
         "missed.toml": EXPERIMENT + '[[expect]]\nthat = "led.red == 2"\nruns = 2\n',
         "bad.toml": EXPERIMENT + '[[expect]]\nthat = "led.rde == 2"\n',
         "test_led.py": TESTS,

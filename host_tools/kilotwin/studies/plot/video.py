@@ -1,6 +1,8 @@
 """A run as a video: the table from above, robots where they are at each frame's time."""
 
 import contextlib
+import subprocess
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,12 +17,13 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 from PIL import Image
 
-from kilotwin.errors import InputError, cause_of
+from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.schema.profile_defaults import PROFILES
 from kilotwin.experiment.spec.objects import areas_at
 from kilotwin.experiment.states import States
 from kilotwin.files import extras
 from kilotwin.files.drafts import draft_of
+from kilotwin.files.plain_text import plain
 from kilotwin.runs.palette import FLOOR, OBJECT, OUTLINE, state_colours
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
@@ -71,7 +74,7 @@ def write_video(run: Run, target: Path, film: Film, part: Callable[[float], None
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with draft_of(target) as draft:
-            _encode(draft, target.suffix.lower(), _counted(frames, len(times), part), picture)
+            _encode(draft, target, _counted(frames, len(times), part), picture)
     except OSError as error:
         reason = cause_of(error)
         raise InputError(f"-o {target}: cannot be written ({reason}); name another file") from None
@@ -114,8 +117,10 @@ def _counted(
 
 
 def _encode(
-    file: Path, suffix: str, frames: Iterator[NDArray[np.uint8]], picture: "_Picture"
+    file: Path, target: Path, frames: Iterator[NDArray[np.uint8]], picture: "_Picture"
 ) -> None:
+    """Writes `file`, which becomes `target`; RunError if the encoder fails."""
+    suffix = target.suffix.lower()
     if suffix == ".gif":
         palette = picture.palette()
         pictures = (
@@ -135,21 +140,28 @@ def _encode(
     extras.require("imageio_ffmpeg")
     import imageio_ffmpeg  # it takes a tenth of a second, and is an extra
 
-    encoder = imageio_ffmpeg.write_frames(
-        str(file),
-        picture.size,
-        fps=FRAMES_S,
-        codec=SUFFIXES[suffix],
-        quality=None,
-        bitrate=None,
-        macro_block_size=2,
-        ffmpeg_log_level="error",
-        output_params=["-crf", "26", "-fflags", "+bitexact", "-f", _FORMATS[suffix]],
-    )
-    with contextlib.closing(encoder):
-        encoder.send(None)
-        for frame in frames:
-            encoder.send(np.ascontiguousarray(frame))
+    width, height = picture.size
+    raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{FRAMES_S}"]
+    made = ["-an", "-vcodec", SUFFIXES[suffix], "-pix_fmt", "yuv420p", "-crf", "26"]
+    words = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", *raw, "-i", "-", *made]
+    with (
+        tempfile.TemporaryFile() as said,
+        subprocess.Popen(
+            [*words, "-fflags", "+bitexact", "-f", _FORMATS[suffix], file],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=said,
+        ) as encoder,
+    ):
+        assert encoder.stdin is not None
+        with contextlib.suppress(BrokenPipeError):  # it says itself why it has ended
+            for frame in frames:
+                encoder.stdin.write(np.ascontiguousarray(frame).data)
+            encoder.stdin.close()
+        if encoder.wait() != 0:
+            said.seek(0)
+            lines = said.read().decode(errors="replace").splitlines() or ["it does not say why"]
+            raise RunError(f"-o {target}: ffmpeg cannot encode it ({plain(lines[-1])})")
 
 
 class _Picture:

@@ -15,6 +15,7 @@ from kilotwin.files.interrupts import heeding_interrupts
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.checks import COVERED, check_covered
 from kilotwin.programs.native.sanitizer import SANITIZED, check_sanitized
+from kilotwin.runs.folder import EXPERIMENT, MANIFEST
 from kilotwin.studies.scenario.judge import ScenarioVerdict, judge, runs_of
 from kilotwin.studies.scenario.one_run import Ran, Task, run_once, tasks_of
 from kilotwin.studies.sweep.executors import Processes
@@ -57,7 +58,9 @@ class Scenario:
 
 
 def is_scenario(file: Path) -> bool:
-    """Whether it is a TOML file with an [[expect]]."""
+    """Whether it is a TOML file with an [[expect]], and not the copy that a run folder has."""
+    if file.name == EXPERIMENT and (file.parent / MANIFEST).exists():
+        return False
     try:
         text = file.read_text(encoding="utf-8")
         return "expect" in text and isinstance(tomllib.loads(text).get("expect"), list)
