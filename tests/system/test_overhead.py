@@ -89,7 +89,7 @@ class EngineClock:
     def sleep(self, seconds: float) -> None:
         self._now_s += seconds
         while self._simulation.tick < round(self._now_s / TICK_S):
-            self.controller.step(1)
+            self.controller.step(self._simulation.tick)
             self._simulation.advance(1)
 
 

@@ -10,7 +10,6 @@ constexpr int REGISTERS[] = {REG_RAX, REG_RCX, REG_RDX, REG_RBX, REG_RSP, REG_RB
                              REG_RSI, REG_RDI, REG_R8,  REG_R9,  REG_R10, REG_R11,
                              REG_R12, REG_R13, REG_R14, REG_R15};
 constexpr int NO_REGISTER = -1;
-constexpr greg_t TRAP_FLAG = 0x100;
 
 /// An x86-64 instruction with a ModRM operand, decoded as far as its operand.
 struct Instruction {

@@ -15,6 +15,9 @@
 
 namespace kilotwin {
 
+/// The flag by which the processor traps after each instruction.
+constexpr greg_t TRAP_FLAG = 1 << 8;
+
 /// Gives the division at RIP the result of avr-gcc's library and moves RIP behind it. By zero: a
 /// quotient with all bits set (negated if the dividend is negative), and the dividend as remainder.
 /// The least number by -1: that number, and 0. False, with the registers untouched: it is no

@@ -57,7 +57,7 @@ constexpr long WALL_TIMER_S = 1;
 // A guest that sleeps is in libc, so that it takes two times STUCK_TIMES.
 constexpr uint32_t WALL_WEIGHT = 2 * STUCK_TIMES * WALL_TIMER_S / GuestStack::STUCK_WALL_S;
 // Flags of the processor: it traps behind each instruction; it checks alignment.
-constexpr greg_t TRAP_FLAG = 1 << 8, ALIGNMENT_FLAG = 1 << 18;
+constexpr greg_t ALIGNMENT_FLAG = 1 << 18;
 // Segments of 64-bit code and of its stack, in REG_CSGSFS.
 constexpr greg_t SEGMENTS = 0x002b'0000'0000'0033, THEIR_BITS = ~0x0000'ffff'ffff'0000;
 constexpr size_t SIGNAL_STACK_BYTES = 64 * 1024;

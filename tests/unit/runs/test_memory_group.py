@@ -20,10 +20,10 @@ size = 1
 RUN = """\
 import sys
 from pathlib import Path
-from kilotwin.commands.cli import script
+from kilotwin.commands.cli import main
 from kilotwin.files import memory_group
 memory_group.ROOT, memory_group.OWN = Path(sys.argv.pop(1)), Path(sys.argv.pop(1))
-script()
+main()
 """
 
 
