@@ -3,8 +3,10 @@ callbacks; robots and modules; by each command that runs them."""
 
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -168,6 +170,22 @@ def test_the_present_folder_is_not_read_where_python_imports_from_it(scene: Scen
     assert verdicts(scene.folder / "run") == {0: ["did 0"]}
 
 
+def test_the_folder_of_a_served_ports_name_is_not_written(scene: Scene) -> None:
+    # The second robot's end says that main() of both has run.
+    robots = scene.text(ROBOTS, 13, 1) + scene.text(ROBOTS, 13, 4)
+    (scene.folder / "swarm.toml").write_text(SWARM + robots)
+    words = ("run", "swarm.toml", "--out", "run", "--serve", "--link-ohc", "ohc")
+    events, link = scene.folder / "run/events.jsonl", scene.folder / "ohc"
+    with subprocess.Popen([KILOTWIN, *words], cwd=scene.folder, stderr=subprocess.PIPE) as process:
+        while process.poll() is None and not (events.exists() and "fork()" in events.read_text()):
+            time.sleep(0.1)
+        assert link.is_symlink()
+        process.send_signal(signal.SIGINT)
+        process.communicate()
+    assert [file.name for file in scene.outside.iterdir()] == ["victim"]
+    assert not link.is_symlink()
+
+
 def test_calls_are_refused_at_every_moment_without_landlock(scene: Scene) -> None:
     cases = [case for case in CASES if case[1] in CALLS]
     run_swarm(scene, cases, **WITHOUT_LANDLOCK)
@@ -253,10 +271,10 @@ class TestByEachCommand:
         scene.kilotwin("test", "scene.toml")
 
     def test_check(self, scene: Scene, moment: int, act: int) -> None:
-        scene.kilotwin("check", HERE / "moments.c", *self._defines(scene, moment, act))
+        scene.kilotwin("check", HERE / "moments.c", "--time=2", *self._defines(scene, moment, act))
 
     def test_port(self, scene: Scene, moment: int, act: int) -> None:
-        scene.kilotwin("port", HERE / "moments.c", *self._defines(scene, moment, act))
+        scene.kilotwin("port", HERE / "moments.c", "--time=2", *self._defines(scene, moment, act))
 
     def test_twin(self, scene: Scene, moment: int, act: int) -> None:
         (scene.folder / "swarm.toml").write_text(SWARM + scene.text(ROBOTS, moment, act))
