@@ -57,7 +57,7 @@ def upward_imports(root: Path) -> list[str]:
     found = []
     for path, tree in modules(root):
         package = Path(path.relative_to(KILOTWIN).parts[0]).stem
-        if package in ("__init__", "__main__"):
+        if package in AT_THE_TOP and package not in BELOW_ALL:
             continue
         below = ORDER[: ORDER.index(package) + 1] if package in ORDER else ()
         allowed = (*below, *BELOW_ALL)
