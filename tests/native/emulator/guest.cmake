@@ -21,7 +21,7 @@ function(kilotwin_add_guest target name program)
       KILOTWIN_CC=${CMAKE_C_COMPILER} KILOTWIN_CFLAGS=${KILOTWIN_GUEST_CFLAGS}
       ${Python_EXECUTABLE} -S ${KILOTWIN_BUILD_GUEST} ${program} ${guest} ${ARGN}
     DEPENDS ${program} ${sources} ${own} ${KILOTWIN_BUILD_GUEST}
-      ${PROJECT_SOURCE_DIR}/host_tools/kilotwin/programs/guest.py
+      ${PROJECT_SOURCE_DIR}/host_tools/kilotwin/programs/native/guest.py
       ${PROJECT_SOURCE_DIR}/host_tools/kilotwin/experiment/programs.py
     COMMENT "Building guest ${name}"
     VERBATIM)
