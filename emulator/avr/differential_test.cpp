@@ -14,7 +14,6 @@ namespace kilotwin {
 
 namespace {
 
-constexpr uint8_t BATTERY_CHANNEL = 6;
 // An output that stands for less is on its way to another: two registers written one after the
 // other, an LED that each loop() puts out and lights again.
 constexpr Cycles SETTLE = CYCLES_PER_SECOND / 2000;
@@ -77,7 +76,7 @@ DifferentialTest::DifferentialTest(std::unique_ptr<Driver> driver,
         board_.noise = [this](uint8_t channel, int16_t reading) {
             return noisy_reading(channel, reading);
         };
-    board_.light = light_;
+    board_.readings[SENSOR_LIGHT] = light_;
     run_at_ = 1 + static_cast<uint32_t>(settings.before_run.size());
     if (settings_.follow) {
         watch_ = std::make_unique<CallWatch>(*image_, board_);
@@ -111,7 +110,7 @@ void DifferentialTest::find_first_tick() {
 /// rand_hard() makes a bit of two conversions that differ in their lowest bit (hardware.md 1.7):
 /// they are given the bits that the native robot draws. All other readings are exact.
 int16_t DifferentialTest::noisy_reading(uint8_t channel, int16_t reading) {
-    if (channel != BATTERY_CHANNEL || (watch_ && !watch_->inside(rand_hard_))) return reading;
+    if (channel != SENSOR_BATTERY || (watch_ && !watch_->inside(rand_hard_))) return reading;
     const uint64_t byte = chance_.bits(0, Purpose::RAND_HARD, noise_bits_ / 8);
     const auto bit = static_cast<int16_t>(byte >> (7 - noise_bits_ % 8) & 1);
     noise_bits_ += second_of_pair_;
@@ -127,7 +126,7 @@ void DifferentialTest::run_tick() {
     const Cycles begin = base_ + tick_ * TICK_CYCLES, end = begin + TICK_CYCLES;
     light_ =
         static_cast<int16_t>(std::clamp<int>(light_ + static_cast<int>(below(41)) - 20, 0, 1023));
-    board_.light = light_;
+    board_.readings[SENSOR_LIGHT] = light_;
     native_->set_light(light_);
     if (const auto message = next_message()) {
         const auto noise = static_cast<double>(below(9)) - 4;

@@ -72,8 +72,8 @@ class DifferentialTest {
     };
 
     /// Powers both up and runs to the first tick of kilo_init(). `driver`, for one robot, is native
-    /// or translated; `image` has to be of an ELF file. Throws EngineError if the program does not reach kilo_init()
-    /// within 10 s. Belongs to the thread that made it.
+    /// or translated; `image` has to be of an ELF file. Throws EngineError if the program does not
+    /// reach kilo_init() within 10 s. Belongs to the thread that made it.
     DifferentialTest(std::unique_ptr<Driver> driver, std::shared_ptr<const FlashImage> image,
                      const Settings &settings);
     DifferentialTest(const DifferentialTest &) = delete;

@@ -123,6 +123,15 @@ Raster raster_of(Table from) {
     return raster;
 }
 
+/// The table `readings`: of each sensor that reads the same for all robots, by its name.
+Readings readings_of(Table from) {
+    Readings readings = {};
+    for (const Sensor &sensor : SENSORS)
+        if (sensor.read == nullptr) from.read(sensor.name, readings[sensor.channel]);
+    from.end();
+    return readings;
+}
+
 /// The table `light`: the reading everywhere, and lamps.
 Light light_of(Table from) {
     Light light = {.ambient = from["ambient"], .sources = {}};
@@ -413,7 +422,7 @@ SimulationDef definition_of(const nb::dict &from) {
     spec.read("lead_ticks", def.lead_ticks);
     def.light = light_of(spec["light"].table());
     spec.read("battery_h", def.battery_h);
-    spec.read("temperature", def.temperature);
+    def.readings = readings_of(spec["readings"].table());
     spec.read("sample_ticks", def.sample_ticks);
     def.sample_extras = extras_of(spec["sample_extras"].table());
     if (!spec["black_box"].is_none()) def.black_box = spec["black_box"].as<std::string>();

@@ -19,6 +19,7 @@
 #include "kilolib/core/robot_commands.h"
 #include "robots/eeprom.h"
 #include "robots/infrared_gains.h"
+#include "robots/sensors.h"
 #include "robots/timer.h"
 
 namespace kilotwin {
@@ -62,8 +63,8 @@ struct RobotContext {
     Cycles frame = 0;                  ///< how long sending keeps a robot busy; 0 with `ideal`
     bool gains_are_mm = true;          ///< the medium reports the distance itself, as both gains
     Cycles battery = 0;                ///< how long it drives on a full battery; 0: for ever
-    int16_t temperature = 300;         ///< reading, 0..1023
-    bool recalls_passes = true;        ///< of translated programs, those that change nothing
+    Readings readings = usual_readings();  ///< of sensors that read the same for all robots
+    bool recalls_passes = true;            ///< of translated programs, those that change nothing
 };
 
 /// Faults that are noted once per robot, as bits: mistakes that its program survives, and an order

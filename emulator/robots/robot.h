@@ -119,9 +119,13 @@ class alignas(64) Robot {
 
     /// Converter reading of its battery, 0..1023.
     int16_t voltage(Cycles at) const { return record_.voltage(at); }
+    /// Sets the readings of all sensors as they are at `at`.
+    void read_sensors(Cycles at, Readings &readings) const {
+        for (const Sensor &sensor : SENSORS)
+            readings[sensor.channel] = reading_of(record_, sensor.channel, at);
+    }
     /// Sets the reading of its light sensor from now on, 0..1023.
     void set_light(int16_t reading) { record_.light = reading; }
-    int16_t light() const { return record_.light; }
 
     /// Motor commands of the last run, in order of time; the caller clears them.
     Few<MotorCommand, 2> &motor_commands() { return record_.motor_commands; }

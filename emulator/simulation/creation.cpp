@@ -83,7 +83,7 @@ Simulation::Simulation(const SimulationDef &def)
                def.kilobot_medium ? FRAME_CYCLES : 0,
                !def.kilobot_medium,
                static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND),
-               def.temperature,
+               def.readings,
                def.recalls_passes},
       boards_(robots_, context_),
       commands_(def.commands, run_at_),

@@ -77,7 +77,7 @@ struct SimulationDef {
     int64_t lead_ticks;  ///< engine time before RUN, for the grid's host; rounded up to 4
     Light light;
     double battery_h;           ///< hours of driving that a full battery lasts; 0: it never drains
-    int16_t temperature;        ///< reading
+    Readings readings;          ///< of sensors that read the same for all robots
     double clock_spread;        ///< sd of the robots' oscillators, share
     double sensitivity_spread;  ///< sd of the robots' receivers, share
     std::vector<ObjectDef> objects = {};

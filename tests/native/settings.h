@@ -95,7 +95,7 @@ inline SimulationDef definition(const Arena &arena) {
             .lead_ticks = 0,
             .light = {.ambient = 0, .sources = {}},
             .battery_h = 0,
-            .temperature = 300,
+            .readings = usual_readings(),
             .clock_spread = 0,
             .sensitivity_spread = 0,
             .groups = {},

@@ -80,9 +80,7 @@ void Boards::execute(Cycles until) {
         Place &place = places_[i];
         if (context_.black_box != nullptr)
             context_.black_box->runs(place.index, place.board.tick());
-        place.board.light = place.robot.light();
-        place.board.battery = place.robot.voltage(now_);
-        place.board.temperature = context_.temperature;
+        place.robot.read_sensors(now_, place.board.readings);
         place.board.run(until);
         take_outputs(place, until);
         robots_rest_[i] = rest_of(place.board, place.lamp);

@@ -10,8 +10,8 @@ using namespace atmega328p;
 
 namespace {
 
-// Channels of the converter, and pins (hardware.md 1.8).
-constexpr uint8_t HIGH_GAIN = 0, LOW_GAIN = 1, BATTERY = 6, AMBIENT_LIGHT = 7, TEMPERATURE = 8;
+// Channels of the receiver, and pins (hardware.md 1.8).
+constexpr uint8_t HIGH_GAIN = 0, LOW_GAIN = 1;
 constexpr uint8_t IR_LED = 1 << 0, IR_LED_PINS = 1 << 0 | 1 << 1 | 1 << 2 | 1 << 6 | 1 << 7;
 constexpr uint8_t LEFT_MOTOR_PIN = 3, RIGHT_MOTOR_PIN = 3;
 constexpr uint8_t RECEIVER_POWER_PIN = 2;
@@ -88,20 +88,14 @@ void RobotBoard::power_receiver(bool on) {
 }
 
 int16_t RobotBoard::sample(uint8_t channel) {
+    if (channel == HIGH_GAIN) return receiver_on_ ? receiver_.high() : 0;
+    if (channel == LOW_GAIN) return receiver_on_ ? receiver_.low() : 0;
+    if (sensor_on(channel) == nullptr) return 0;
     // The lowest bit is noise, which rand_hard() depends on (hardware.md 1.7).
-    auto noisy = [&](int16_t reading) {
-        if (noise) return noise(channel, reading);
-        const uint64_t bits = chance_.bits(index_, Purpose::CONVERTER_NOISE, conversions_++);
-        return static_cast<int16_t>(reading + int(bits & 1) - int(bits >> 1 & 1));
-    };
-    switch (channel) {
-    case HIGH_GAIN: return receiver_on_ ? receiver_.high() : 0;
-    case LOW_GAIN: return receiver_on_ ? receiver_.low() : 0;
-    case BATTERY: return noisy(battery);
-    case AMBIENT_LIGHT: return noisy(light);
-    case TEMPERATURE: return noisy(temperature);
-    default: return 0;
-    }
+    const int16_t reading = readings[channel];
+    if (noise) return noise(channel, reading);
+    const uint64_t bits = chance_.bits(index_, Purpose::CONVERTER_NOISE, conversions_++);
+    return static_cast<int16_t>(reading + int(bits & 1) - int(bits >> 1 & 1));
 }
 
 void RobotBoard::register_written(uint16_t address) {

@@ -22,6 +22,7 @@
 #include "base/clock.h"
 #include "infrared/light_edges.h"
 #include "robots/robot.h"
+#include "robots/sensors.h"
 
 namespace kilotwin {
 
@@ -117,11 +118,11 @@ class RobotBoard : private Microcontroller::Board {
     /// Writes its pins from now on to a VCD file. Throws EngineError if the file cannot be written.
     void trace(const std::string &path);
 
-    // Readings of the sensors from now on, 0..1023; set from outside.
-    int16_t light = 0, battery = 720, temperature = 300;
+    /// Readings of the sensors from now on, without noise; set from outside.
+    Readings readings = usual_readings();
 
-    /// Replaces the noise of the lowest bit in readings of battery, ambient light and temperature
-    /// (channels 6, 7 and 8, hardware.md 1.8), if set: maps a reading to the conversion's result.
+    /// Replaces the noise of the lowest bit in readings of the sensors, if set: maps a reading to
+    /// the conversion's result.
     std::function<int16_t(uint8_t channel, int16_t reading)> noise;
 
     /// Puts it on the charger or takes it off.

@@ -22,7 +22,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 14
+#define KT_GUEST_ABI 15
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that drive motors and LED (hardware.md 1.8), which a program may write itself. The
@@ -34,9 +34,6 @@ typedef struct KT_PACKED {
 } kt_outputs_t;
 
 extern volatile kt_outputs_t kt_outputs;
-
-/// Arguments of kt_host_t.sensor().
-enum { KT_SENSOR_LIGHT, KT_SENSOR_VOLTAGE, KT_SENSOR_TEMPERATURE };
 
 /// How text leaves the robot (kt_host_t.print()).
 enum {
@@ -96,9 +93,10 @@ typedef struct KT_PACKED {
                            int16_t high_gain);  ///< by the robot's calibration tables
     uint8_t (*eeprom_read)(uint16_t address);
     void (*eeprom_write)(uint16_t address, uint8_t value);
-    void (*interrupts)(uint8_t on);    ///< while off, ticks and callbacks wait
-    uint8_t (*timer0)(void);           ///< counts of 128 us since the last tick
-    int16_t (*sensor)(uint8_t which);  ///< KT_SENSOR_*, 0..1023 or -1
+    void (*interrupts)(uint8_t on);  ///< while off, ticks and callbacks wait
+    uint8_t (*timer0)(void);         ///< counts of 128 us since the last tick
+    /// Reads a channel of the converter (kilolib/core/sensors.h): 0..1023, or -1.
+    int16_t (*sensor)(uint8_t channel);
     void (*print)(const char *text, uint32_t bytes, uint8_t line);  ///< `line`: KT_LINE_...
     void (*serial_written)(void);                                   ///< a byte was written to UDR0
     void (*serial_ready)(void);           ///< waits until UDR0 takes a byte
@@ -165,7 +163,7 @@ typedef struct KT_PACKED {
     const uint8_t *settled_period;  ///< null if tx_period may change after set-up
     /// Reads a sensor; null if a robot's program reads none, by a function or a register: then it
     /// need not be told of light on its receiver.
-    int16_t (*sensor)(uint8_t which);
+    int16_t (*sensor)(uint8_t channel);
 } kt_table_t;
 
 /// The registers of kt_host_t.spent: so many bytes from `frame` up, then the address that the

@@ -25,13 +25,12 @@ uint64_t NativeRobot::random_bits() {
     return robot_.context->chance.bits(robot_.index, Purpose::RAND_HARD, robot_.rand_hard_draws++);
 }
 
-int16_t NativeRobot::sensor(uint8_t which) {
+// The original's get_voltage() leaves the converter there (core/traits.h).
+int16_t NativeRobot::sensor(uint8_t channel) {
     if (robot_.disturbed()) return -1;
-    stale_conversion_ = -1;
-    if (which == KT_SENSOR_LIGHT) return robot_.light;
-    if (which == KT_SENSOR_TEMPERATURE) return robot_.context->temperature;
-    const int16_t reading = robot_.voltage(robot_.now);
-    if (table().original != 0) stale_conversion_ = reading;
+    const int16_t reading = reading_of(robot_, channel, robot_.now);
+    const bool stays = channel == SENSOR_BATTERY && table().original != 0;
+    stale_conversion_ = stays ? reading : int16_t{-1};
     return reading;
 }
 

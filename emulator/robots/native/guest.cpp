@@ -62,9 +62,9 @@ struct NativeGuest::Calls {
         return static_cast<uint8_t>(std::min<Cycles>(since / COUNT_CYCLES, TICK_MATCH));
     }
 
-    static int16_t sensor(uint8_t which) {
+    static int16_t sensor(uint8_t channel) {
         running_->busy_.called();
-        return running_->sensor(which);
+        return running_->sensor(channel);
     }
 
     static void print(const char *text, uint32_t bytes, uint8_t line) {

@@ -72,7 +72,7 @@ class NativeGuest : protected GuestState {
     virtual void interrupts_changed() {}       ///< by cli() or sei()
     virtual void outputs_changed() {}          ///< the registers of motors and LED, maybe
     virtual uint64_t random_bits() = 0;        ///< of rand_hard()
-    virtual int16_t sensor(uint8_t /*which*/) { return 0; }  ///< KT_SENSOR_...
+    virtual int16_t sensor(uint8_t /*channel*/) { return 0; }  ///< of the converter
     virtual uint8_t distance_mm(distance_measurement_t measured) const = 0;
     virtual uint8_t eeprom(uint16_t address) const = 0;
     virtual void set_eeprom(uint16_t address, uint8_t value) = 0;

@@ -79,7 +79,7 @@ class alignas(64) NativeRobot final : public NativeGuest, private NativeRobotSta
     void interrupts_changed() override { robot_.only_ticks_until = 0; }
     void outputs_changed() override;
     uint64_t random_bits() override;
-    int16_t sensor(uint8_t which) override;
+    int16_t sensor(uint8_t channel) override;
     uint8_t distance_mm(distance_measurement_t measured) const override;
     uint8_t eeprom(uint16_t address) const override { return robot_.eeprom(address); }
     void set_eeprom(uint16_t address, uint8_t value) override { robot_.set_eeprom(address, value); }

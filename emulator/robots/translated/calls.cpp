@@ -30,9 +30,6 @@ constexpr uint64_t SEND_CALL_CYCLES = 33, DISTANCE_CYCLES = 300;
 // Registers that the comparator's interrupt saves, with the status register and r0, r1.
 constexpr uint8_t SAVED[] = {0, 1, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 30, 31};
 
-// Channels of the converter (hardware.md 1.8).
-constexpr uint8_t BATTERY = 6, LIGHT = 7, TEMPERATURE = 8;
-
 // A program may stay away from its main loop for so many before that is told.
 constexpr uint16_t MOST_TICKS_AWAY = BusyWatch::WARN_AFTER / TICK_CYCLES;
 
@@ -220,7 +217,8 @@ void TranslatedRobot::take_message() {
     at(1) = 0;
     distance_measurement_t measured = reception.distance;
     // Where the original's get_voltage() has left the converter (core/traits.h).
-    if ((at(ADMUX) & ADMUX_MUX) == BATTERY) measured.high_gain = robot_.voltage(reception.at);
+    if ((at(ADMUX) & ADMUX_MUX) == SENSOR_BATTERY)
+        measured.high_gain = robot_.voltage(reception.at);
     at(ADMUX) = 0;
     const bool is_command = message_is_command(&message);
     if (is_command && robot_answer_is_heard(&message))
@@ -485,16 +483,13 @@ void TranslatedRobot::convert() {
     constexpr int MOST = 1023;
     const uint8_t channel = at(24);
     robot_.now = world_time();
-    int reading = 0;
-    if (channel == BATTERY) reading = robot_.voltage(robot_.now);
-    if (channel == LIGHT) reading = robot_.light;
-    if (channel == TEMPERATURE) reading = robot_.context->temperature;
+    int reading = reading_of(robot_, channel, robot_.now);
     // The thermometer is read twice, the first time to let it settle.
-    robot_.rand_hard_draws += channel == TEMPERATURE ? 2 : 1;
+    robot_.rand_hard_draws += channel == SENSOR_TEMPERATURE ? 2 : 1;
     const uint64_t bits = robot_.context->chance.bits(robot_.index, Purpose::CONVERTER_NOISE,
                                                       robot_.rand_hard_draws - 1);
     reading += static_cast<int>(bits & 1) - static_cast<int>(bits >> 1 & 1);
-    const uint64_t cycles = channel == TEMPERATURE ? CONVERT_SLOWLY_CYCLES : CONVERT_CYCLES;
+    const uint64_t cycles = channel == SENSOR_TEMPERATURE ? CONVERT_SLOWLY_CYCLES : CONVERT_CYCLES;
     come_back(static_cast<uint16_t>(std::clamp(reading, 0, MOST)), cycles);
 }
 

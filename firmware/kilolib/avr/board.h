@@ -12,12 +12,9 @@
 #define CHARGING_WHEN_LOW BIT(PD0)  ///< the charger is at work
 #define RECEIVER_POWER BIT(PD2)     ///< comparator and amplifiers
 
-/// Channels of the converter.
+/// Channels of the converter beside those of sensors (core/sensors.h).
 #define HIGH_GAIN_CHANNEL 0
 #define LOW_GAIN_CHANNEL 1
-#define BATTERY_CHANNEL 6
-#define LIGHT_CHANNEL 7
-#define TEMPERATURE_CHANNEL 8
 
 /// Pins of port B that may drive the infrared LED; the EEPROM holds which ones do.
 #define INFRARED_PINS (BIT(PB0) | BIT(PB1) | BIT(PB2) | BIT(PB6) | BIT(PB7))

@@ -3,6 +3,7 @@
 #include <stdbool.h>
 
 #include "../core/gains.h"
+#include "../core/sensors.h"
 #include "board.h"
 #include "infrared_receive.h"
 
@@ -55,7 +56,7 @@ int16_t kilolib_converter_read(uint8_t channel) {
     ADCSRA = BIT(ADEN) | CLOCK;
     wait_for_end();
     int16_t value;
-    if (channel == TEMPERATURE_CHANNEL) {
+    if (channel == SENSOR_TEMPERATURE) {
         ADMUX = channel | INTERNAL_REFERENCE;
         ADCSRA = BIT(ADEN) | SLOW_CLOCK;
         (void)convert();  // the reference settles

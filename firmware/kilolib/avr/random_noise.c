@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <util/atomic.h>
 
+#include "../core/sensors.h"
 #include "board.h"
 #include "converter.h"
 #include "infrared_receive.h"
@@ -18,6 +19,6 @@ uint8_t kilolib_random_noise_bit(void) {
     while (kilolib_infrared_measuring() && interrupts_on()) {
     }
     uint8_t bit = 0;
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { bit = kilolib_converter_read(BATTERY_CHANNEL) & 1; }
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { bit = kilolib_converter_read(SENSOR_BATTERY) & 1; }
     return bit;
 }

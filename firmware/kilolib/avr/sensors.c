@@ -1,5 +1,6 @@
 #include <util/atomic.h>
 
+#include "../core/sensors.h"
 #include "../core/traits.h"
 #include "board.h"
 #include "converter.h"
@@ -16,13 +17,13 @@ static int16_t measure(uint8_t channel) {
     return value;
 }
 
-int16_t get_ambientlight(void) { return measure(LIGHT_CHANNEL); }
+int16_t get_ambientlight(void) { return measure(SENSOR_LIGHT); }
 
 // The original leaves the converter there, so that the next message's high gain is the battery's.
 int16_t get_voltage(void) {
-    const int16_t value = measure(BATTERY_CHANNEL);
-    if (KILOLIB_ORIGINAL && value != RECEIVING) kilolib_converter_sample_on_edge(BATTERY_CHANNEL);
+    const int16_t value = measure(SENSOR_BATTERY);
+    if (KILOLIB_ORIGINAL && value != RECEIVING) kilolib_converter_sample_on_edge(SENSOR_BATTERY);
     return value;
 }
 
-int16_t get_temperature(void) { return measure(TEMPERATURE_CHANNEL); }
+int16_t get_temperature(void) { return measure(SENSOR_TEMPERATURE); }

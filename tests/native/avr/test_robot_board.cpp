@@ -128,9 +128,9 @@ TEST_CASE("light from two senders at once holds the comparator's level and adds 
 
 TEST_CASE("sensors read what they are set to, with a lowest bit that is never still") {
     Bench bench("sensors");
-    bench.board.battery = 700;
-    bench.board.light = 250;
-    bench.board.temperature = 330;
+    bench.board.readings[SENSOR_BATTERY] = 700;
+    bench.board.readings[SENSOR_LIGHT] = 250;
+    bench.board.readings[SENSOR_TEMPERATURE] = 330;
     bench.board.run(20 * MS);
     REQUIRE(bench.byte("done") == 1);
     auto check = [&](const char *name, int reading) {
@@ -152,8 +152,8 @@ TEST_CASE("sensors read what they are set to, with a lowest bit that is never st
 
 TEST_CASE("a reading stays within the converter's range") {
     Bench bench("sensors");
-    bench.board.battery = 0;
-    bench.board.light = 1023;
+    bench.board.readings[SENSOR_BATTERY] = 0;
+    bench.board.readings[SENSOR_LIGHT] = 1023;
     bench.board.run(20 * MS);
     for (int i = 0; i < 64; i++) {
         CHECK(bench.word("battery", i) <= 1);
@@ -252,7 +252,7 @@ TEST_CASE(
 
 TEST_CASE("a sleep that is quiet converts and waits; one that is deep hears nothing") {
     Bench bench("quiet");
-    bench.board.light = 321;
+    bench.board.readings[SENSOR_LIGHT] = 321;
     bench.board.run(20 * MS);
     CHECK(bench.byte("conversions") == 8);
     CHECK(std::abs(bench.word("reading") - 321) <= 1);

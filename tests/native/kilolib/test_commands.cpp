@@ -155,7 +155,7 @@ TEST_CASE("VOLTAGE shows the battery's state as a colour") {
     for (auto [reading, color] :
          {std::pair<int16_t, uint8_t>{700, GREEN}, {660, BLUE}, {630, YELLOW}, {600, RED}}) {
         Bench bench("probe");
-        bench.board.battery = reading;
+        bench.board.readings[SENSOR_BATTERY] = reading;
         bench.start();
         bench.hear(make_message(VOLTAGE));
         bench.run_ms(2);

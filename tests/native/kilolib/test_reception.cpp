@@ -152,9 +152,9 @@ TEST_CASE("a robot that hears another in its leader gives up, and tries again so
 TEST_CASE("sensors read their channels, and -1 while a frame comes in") {
     Bench bench("probe");
     bench.start();
-    bench.board.light = 400;
-    bench.board.battery = 700;
-    bench.board.temperature = 290;
+    bench.board.readings[SENSOR_LIGHT] = 400;
+    bench.board.readings[SENSOR_BATTERY] = 700;
+    bench.board.readings[SENSOR_TEMPERATURE] = 290;
     CHECK(std::abs(bench.ask(LIGHT) - 400) <= 1);
     CHECK(std::abs(bench.ask(VOLTAGE_READING) - 700) <= 1);
     CHECK(std::abs(bench.ask(TEMPERATURE) - 290) <= 1);

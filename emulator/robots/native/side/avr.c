@@ -1,4 +1,5 @@
 // Registers behind <avr/io.h> (kt_avr.h). Linked only into programs that use them.
+#include "../../../../firmware/kilolib/core/sensors.h"
 #include "abi.h"
 #include "avr/interrupt.h"
 #include "avr/io.h"
@@ -114,22 +115,17 @@ static void settle_eeprom(void) {
     kt_eeprom_write(address, PLAIN(EEDR_AT));
 }
 
-enum { CHANNEL_BATTERY = 6, CHANNEL_LIGHT = 7, CHANNEL_TEMPERATURE = 8, CHANNELS = 16 };
-
 // kilolib's functions return -1 during a reception; the converter itself would convert: 0 stands
 // for its unknown result.
 static uint16_t convert(uint8_t channel) {
-    int16_t value = 0;
-    if (channel == CHANNEL_BATTERY) value = kt_sensor(KT_SENSOR_VOLTAGE);
-    if (channel == CHANNEL_LIGHT) value = kt_sensor(KT_SENSOR_LIGHT);
-    if (channel == CHANNEL_TEMPERATURE) value = kt_sensor(KT_SENSOR_TEMPERATURE);
+    const int16_t value = kt_sensor(channel);
     return value < 0 ? 0 : (uint16_t)value;
 }
 
 static void settle_adc(void) {
     if (!(PLAIN(ADCSRA_AT) & _BV(ADSC))) return;
     const uint8_t source = ADMUX;
-    const uint16_t value = convert(source % CHANNELS);
+    const uint16_t value = convert(source % CONVERTER_CHANNELS);
     PLAIN16(ADC_AT) = (uint16_t)(source & _BV(ADLAR) ? value << 6 : value);
     PLAIN(ADCSRA_AT) = (uint8_t)((PLAIN(ADCSRA_AT) & ~_BV(ADSC)) | _BV(ADIF));
 }

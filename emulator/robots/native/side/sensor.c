@@ -2,4 +2,4 @@
 // need not know when light falls on their receiver.
 #include "side.h"
 
-int16_t kt_sensor(uint8_t which) { return kt_host->sensor(which); }
+int16_t kt_sensor(uint8_t channel) { return kt_host->sensor(channel); }

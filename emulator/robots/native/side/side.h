@@ -32,8 +32,8 @@ extern __attribute__((weak, visibility("hidden"))) const uint8_t kt_settled_peri
 /// The robot's or module's count of ticks.
 uint32_t kt_ticks(void);
 
-/// Reads one of KT_SENSOR_: 0..1023, or -1.
-int16_t kt_sensor(uint8_t which);
+/// Reads a channel of the converter: 0..1023, or -1.
+int16_t kt_sensor(uint8_t channel);
 
 /// Hands text to the run folder, with the robot and its tick. `line`: KT_LINE_..., which says how
 /// long it takes.

@@ -85,7 +85,7 @@ def engine_spec(
             "white": 0.0 if keys.light.picture is None else float(keys.light.picture.white),
         },
         "battery_h": keys.battery.hours,
-        "temperature": keys.temperature,
+        "readings": {"temperature": keys.temperature},
         "groups": [
             {
                 "program": guest,
