@@ -11,20 +11,21 @@
 
 namespace kilotwin {
 
-/// Passes of the main loop that go on over ticks: what is needed of a KnownPass and a KnownAsk.
+/// Passes of the main loop that go on over ticks: what is needed of a KnownPass and a KnownRequest.
 struct TickRest {
-    struct Follower {
+    struct Copy {
         uint16_t address;
         uint8_t bytes;
     };
-    static constexpr size_t MOST_TORN = 2;
+    static constexpr size_t MOST_INTERRUPTED = 2;
 
-    uint32_t ends;        ///< passes are so until kilo_ticks is this; 0: not over ticks
-    uint16_t ask_cycles;  ///< of an interrupt that asks and gets no message; 0: not known
-    uint16_t work_cycles;
+    uint32_t ends;            ///< passes are so until kilo_ticks is this; 0: not over ticks
+    uint16_t request_cycles;  ///< of an interrupt that asks and gets no message; 0: not known
+    uint16_t first_cycles;
     uint16_t reads_from, reads_to;
-    KnownPass::Torn torn[MOST_TORN];  ///< in order; behind the last that is used, `to` is 0
-    Follower followers[KnownPass::MOST_FOLLOWERS];  ///< likewise with `bytes`
+    KnownPass::Interrupted
+        interrupted[MOST_INTERRUPTED];    ///< in order; behind the last that is used, `to` is 0
+    Copy copies[KnownPass::MOST_COPIES];  ///< likewise with `bytes`
     bool is_whole;  ///< it is known of all places of a pass what a tick there does
 };
 

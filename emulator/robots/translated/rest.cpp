@@ -1,4 +1,4 @@
-// Ticks that are left out, since passes of the main loop change nothing in them (known_pass.h).
+// Ticks that are left out, since the passes of the main loop in them are known (known_pass.h).
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
@@ -13,12 +13,12 @@ using namespace atmega328p;
 namespace {
 
 constexpr int MOST_PAUSE = 255;
-constexpr uint8_t LOOKS_FOR_FOLLOWERS = 4;
+constexpr uint8_t LOOKS_FOR_COPIES = 4;
 
 }  // namespace
 
-/// The pass that begins, if it is known, and for how many ticks; one that goes on over this tick
-/// before one that does not.
+/// The pass that begins, if it is known, and for how many ticks; one that is known beyond this tick
+/// before one that is not.
 const KnownPass *TranslatedRobot::find_known_pass(uint32_t &lasts) const {
     const uint16_t stack = word(SPL);
     const auto now = static_cast<uint8_t>(flags[6] << 6 | flags[7] << 7);
@@ -36,7 +36,7 @@ const KnownPass *TranslatedRobot::find_known_pass(uint32_t &lasts) const {
     return found;
 }
 
-/// A pass of the main loop begins: whether it is one that is known, and how long that goes on.
+/// A pass of the main loop begins: whether it is known, traced now if need be, and for how long.
 /// Where passes change something in each tick, it looks ever more seldom.
 bool TranslatedRobot::recall() {
     if (at(seam_.robot) != ROBOT_RUNNING) return false;
@@ -44,14 +44,14 @@ bool TranslatedRobot::recall() {
     known.looks++;
     uint32_t lasts = 0;
     const KnownPass *found = find_known_pass(lasts);
-    const bool may_follow = lasts == 1 && found->looks_for_followers < LOOKS_FOR_FOLLOWERS;
+    const bool may_follow = lasts == 1 && found->looks_for_copies < LOOKS_FOR_COPIES;
     if ((found == nullptr || may_follow) && lets_interrupts() && known.may_trace_pass()) {
         known.traces++;
         auto traced = known_pass_of(code_, *this);
-        if (traced && (found == nullptr || !traced->followers.empty()))
+        if (traced && (found == nullptr || !traced->copies.empty()))
             known.passes.keep(std::move(*traced));
         else if (found != nullptr)
-            found->looks_for_followers++;
+            found->looks_for_copies++;
         found = find_known_pass(lasts);
     }
     // One that ends with this tick leaves nothing out, and looking for it costs as much.
@@ -62,60 +62,61 @@ bool TranslatedRobot::recall() {
     image_.pass_cycles = found->cycles;
     image_.rest = rest_of(*found);
     image_.rest.ends = ticks_now() + lasts;
-    if (lasts > 1) recall_ask(*found, lasts);
+    if (lasts > 1) recall_request(*found, lasts);
     return true;
 }
 
 /// The part of a pass that is kept while it goes on.
 TickRest TranslatedRobot::rest_of(const KnownPass &known) {
     TickRest rest = {};
-    rest.work_cycles =
-        static_cast<uint16_t>(known.followers.empty() ? known.cycles : known.work_cycles);
+    rest.first_cycles =
+        static_cast<uint16_t>(known.copies.empty() ? known.cycles : known.first_cycles);
     rest.reads_from = static_cast<uint16_t>(known.reads_from);
     rest.reads_to = static_cast<uint16_t>(known.reads_to);
-    const size_t torn = std::min(known.torn.size(), std::size(rest.torn));
-    std::copy_n(known.torn.begin(), torn, rest.torn);
+    const size_t interrupted = std::min(known.interrupted.size(), std::size(rest.interrupted));
+    std::copy_n(known.interrupted.begin(), interrupted, rest.interrupted);
     rest.is_whole = known.reads_from == known.reads_to ||
-                    (torn > 0 && rest.torn[torn - 1].to == known.reads_to);
-    for (size_t i = 0; i < known.followers.size(); i++)
-        rest.followers[i] = {known.followers[i].address, known.followers[i].bytes};
+                    (interrupted > 0 && rest.interrupted[interrupted - 1].to == known.reads_to);
+    for (size_t i = 0; i < known.copies.size(); i++)
+        rest.copies[i] = {known.copies[i].address, known.copies[i].bytes};
     return rest;
 }
 
-/// While the pass goes on the program may be asked for a message each time, and have none. Of a
-/// medium that has to be asked before, nothing is known.
-void TranslatedRobot::recall_ask(const KnownPass &found, uint32_t lasts) {
+/// While the pass is known the program may be requested for a message each time, and have none. It
+/// is not known where the medium has to be asked before.
+void TranslatedRobot::recall_request(const KnownPass &found, uint32_t lasts) {
     if (robot_.arbitrated || robot_.context->frame != 0) return;
     auto &known = program_.known_passes;
     const uint32_t ticks = ticks_now();
-    const auto use = [&](const KnownAsk &ask) {
-        const auto moves = [&](const auto &one) { return ask.on.has(one.address, one.bytes); };
-        if (std::any_of(found.followers.begin(), found.followers.end(), moves)) return false;
-        const uint32_t so_long = ask.on.lasts(data, ticks);
+    const auto use = [&](const KnownRequest &request) {
+        const auto moves = [&](const auto &one) { return request.on.has(one.address, one.bytes); };
+        if (std::any_of(found.copies.begin(), found.copies.end(), moves)) return false;
+        const uint32_t so_long = request.on.lasts(data, ticks);
         if (so_long <= 1) return false;
-        image_.rest.ask_cycles = static_cast<uint16_t>(ask.cycles);
+        image_.rest.request_cycles = static_cast<uint16_t>(request.cycles);
         image_.rest.ends = ticks + std::min(lasts, so_long);
         return true;
     };
-    if (std::any_of(known.asks.all.begin(), known.asks.all.end(), use)) return;
-    if (!ticks_are_plain() || can_count_tick() || !known.may_trace_ask()) return;
-    known.asks_traced++;
-    if (auto ask = known_ask_of(code_, *this, SENSE_CALL_CYCLES)) use(known.asks.keep(*ask));
+    if (std::any_of(known.requests.all.begin(), known.requests.all.end(), use)) return;
+    if (!ticks_are_plain() || can_count_tick() || !known.may_trace_request()) return;
+    known.requests_traced++;
+    if (auto request = known_request_of(code_, *this, SENSE_CALL_CYCLES))
+        use(known.requests.keep(*request));
 }
 
-/// A tick comes so many cycles into a pass: cycles from that one's begin up to the next one that
-/// changes nothing, without the interrupt; 0: not known.
+/// A tick interrupts a pass `phase` cycles from its start: cycles from there to the start of the
+/// next pass that changes nothing, without the interrupt; 0: not known.
 uint32_t TranslatedRobot::cycles_with_tick(uint32_t phase) const {
     const TickRest &rest = image_.rest;
-    if (phase <= rest.reads_from) return rest.work_cycles;
-    if (phase > rest.reads_to) return static_cast<uint32_t>(image_.pass_cycles) + rest.work_cycles;
-    for (const auto &torn : rest.torn)
-        if (phase <= torn.to) return torn.cycles;
+    if (phase <= rest.reads_from) return rest.first_cycles;
+    if (phase > rest.reads_to) return static_cast<uint32_t>(image_.pass_cycles) + rest.first_cycles;
+    for (const auto &interrupted : rest.interrupted)
+        if (phase <= interrupted.to) return interrupted.cycles;
     return 0;
 }
 
-/// Passes are known to go on, also over ticks: those that only count, or ask the program in vain,
-/// are left out. Each puts off the passes behind it. True if there was one.
+/// While a pass is known over ticks: leaves out the ticks whose handler only counts, or requests a
+/// message in vain. Each handler delays the passes behind it. True if there was one.
 bool TranslatedRobot::take_ticks_at_rest() {
     const TickRest &rest = image_.rest;
     if (rest.ends == 0 || !ticks_are_plain() || image_.match < cycle()) return false;
@@ -130,7 +131,7 @@ bool TranslatedRobot::take_ticks_at_rest() {
     uint64_t now = 0;
     for (; taken < most; taken++, counts += TICK_MATCH) {
         const bool asks = (counts & UINT16_MAX) > period;
-        const uint32_t interrupt = asks ? rest.ask_cycles : program_.tick_cycles;
+        const uint32_t interrupt = asks ? rest.request_cycles : program_.tick_cycles;
         const uint32_t passes = cycles_with_tick(phase), takes = interrupt + passes;
         if (interrupt == 0 || passes == 0 || image_.match + takes + idle > others) break;
         now = image_.match - phase + takes;
@@ -141,18 +142,18 @@ bool TranslatedRobot::take_ticks_at_rest() {
     passed = 1;
     image_.ticks_away = 0;
     count(taken);
-    for (const auto &follower : rest.followers) {
+    for (const auto &copy : rest.copies) {
         uint64_t value = 0;
-        std::memcpy(&value, &at(follower.address), follower.bytes);
+        std::memcpy(&value, &at(copy.address), copy.bytes);
         value += taken;
-        std::memcpy(&at(follower.address), &value, follower.bytes);
+        std::memcpy(&at(copy.address), &value, copy.bytes);
     }
     limit_ = std::max(now, limit_);
     set_cycle(now);
     return true;
 }
 
-/// World time up to which nothing that the robot does can differ from rest, unless it is asked.
+/// World time up to which the robot's passes are known, unless it is requested for a message.
 Cycles TranslatedRobot::rests_until() const {
     const TickRest &rest = image_.rest;
     if (rest.ends == 0 || image_.pass_cycles == 0 || !rest.is_whole || !ticks_are_plain() ||

@@ -88,7 +88,7 @@ class TranslatedRobot : private translated_chip_t {
     /// While a known pass goes on: what is kept of it, and of asks for a message that get none.
     const KnownPass *find_known_pass(uint32_t &lasts) const;
     static TickRest rest_of(const KnownPass &known);
-    void recall_ask(const KnownPass &found, uint32_t lasts);
+    void recall_request(const KnownPass &found, uint32_t lasts);
     uint32_t cycles_with_tick(uint32_t phase) const;
     Cycles rests_until() const;
     void execute_code();

@@ -1,4 +1,4 @@
-/// Passes of the main loop that change nothing but counters, for speed alone.
+/// Passes of the main loop that change nothing but counters, for speed alone (docs/passes.md, 2).
 ///
 /// A counter is a variable that the program adds to and compares with constants, but for accesses
 /// that are NOT_COUNTED (host_tools/kilotwin/build/avr_counters.py finds them). A pass that changes

@@ -31,7 +31,7 @@ constexpr uint64_t SINGLY = 1;
 
 }  // namespace
 
-uint64_t TickNumber::value(const uint8_t *data, uint32_t ticks) const {
+uint64_t LinearForm::value(const uint8_t *data, uint32_t ticks) const {
     uint64_t sum = constant + static_cast<uint64_t>(static_cast<int64_t>(slope)) * ticks;
     for (const Term &term : terms) {
         const uint64_t part = uint64_t{data[term.address]} << term.shift;
@@ -40,7 +40,7 @@ uint64_t TickNumber::value(const uint8_t *data, uint32_t ticks) const {
     return sum;
 }
 
-void TickNumber::add(const TickNumber &other, int sign) {
+void LinearForm::add(const LinearForm &other, int sign) {
     slope += sign * other.slope;
     constant += sign > 0 ? other.constant : ~other.constant + 1;
     for (Term term : other.terms) {
@@ -49,7 +49,7 @@ void TickNumber::add(const TickNumber &other, int sign) {
     }
 }
 
-uint64_t TickCondition::lasts(const uint8_t *data, uint32_t ticks) const {
+uint64_t BranchCondition::lasts(const uint8_t *data, uint32_t ticks) const {
     const uint64_t mask = mask_of(bits);
     uint64_t first = a.value(data, ticks) & mask;
     if (kind == Kind::ZERO) {
@@ -71,18 +71,18 @@ uint64_t TickCondition::lasts(const uint8_t *data, uint32_t ticks) const {
                      until_wrap(first, a.slope, mask), until_wrap(second, b.slope, mask)});
 }
 
-uint32_t Dependence::lasts(const uint8_t *data, uint32_t ticks) const {
+uint32_t PathCondition::lasts(const uint8_t *data, uint32_t ticks) const {
     for (const auto &[address, value] : equal)
         if (data[address] != value) return 0;
     uint64_t lasts = MOST_TICKS;
-    for (const TickCondition &condition : conditions)
+    for (const BranchCondition &condition : conditions)
         lasts = std::min(lasts, condition.lasts(data, ticks));
     return static_cast<uint32_t>(lasts);
 }
 
-bool Dependence::has(uint16_t address, unsigned bytes) const {
+bool PathCondition::has(uint16_t address, unsigned bytes) const {
     const auto is_there = [&](const auto &one) { return one.address - address + 0u < bytes; };
-    const auto asks = [&](const TickNumber &number) {
+    const auto asks = [&](const LinearForm &number) {
         return std::any_of(number.terms.begin(), number.terms.end(), is_there);
     };
     return std::any_of(equal.begin(), equal.end(), is_there) ||
@@ -91,33 +91,33 @@ bool Dependence::has(uint16_t address, unsigned bytes) const {
            });
 }
 
-bool TickFollower::follows(const uint8_t *data, uint32_t ticks) const {
+bool ClockCopy::holds(const uint8_t *data, uint32_t ticks) const {
     const uint64_t value = ticks + ahead;
     for (unsigned byte = 0; byte < bytes; byte++)
         if (data[address + byte] != static_cast<uint8_t>(value >> 8 * byte)) return false;
     return true;
 }
 
-void KnownPass::add_to_work(const Dependence &more) {
+void KnownPass::add_to_first(const PathCondition &more) {
     const auto has = [](const auto &all, const auto &one) {
         return std::find(all.begin(), all.end(), one) != all.end();
     };
-    for (const Dependence::Equal &one : more.equal)
-        if (!has(rest.equal, one) && !has(work.equal, one)) work.equal.push_back(one);
-    for (const TickCondition &one : more.conditions) {
-        TickCondition before = one;  // the same of the tick before
-        for (TickNumber *number : {&before.a, &before.b})
+    for (const PathCondition::Equal &one : more.equal)
+        if (!has(rest.equal, one) && !has(first.equal, one)) first.equal.push_back(one);
+    for (const BranchCondition &one : more.conditions) {
+        BranchCondition before = one;  // the same of the tick before
+        for (LinearForm *number : {&before.a, &before.b})
             number->constant += static_cast<uint64_t>(static_cast<int64_t>(number->slope));
         const bool is_said = has(rest.conditions, one) || has(rest.conditions, before);
-        if (!is_said && !has(work.conditions, one)) work.conditions.push_back(one);
+        if (!is_said && !has(first.conditions, one)) first.conditions.push_back(one);
     }
 }
 
 uint32_t KnownPass::lasts(const uint8_t *data, uint32_t ticks) const {
-    for (const TickFollower &follower : followers)
-        if (!follower.follows(data, ticks)) return 0;
+    for (const ClockCopy &copy : copies)
+        if (!copy.holds(data, ticks)) return 0;
     const uint32_t lasts = rest.lasts(data, ticks);
-    return lasts <= 1 ? lasts : std::min(lasts, 1 + work.lasts(data, ticks + 1));
+    return lasts <= 1 ? lasts : std::min(lasts, 1 + first.lasts(data, ticks + 1));
 }
 
 }  // namespace kilotwin

@@ -1,16 +1,16 @@
-/// Passes of a translated robot's main loop that are known to change nothing, and until which tick.
+/// Passes of a translated robot's main loop that are known not to change its state, and up to which
+/// tick (docs/passes.md, 3).
 ///
-/// Most passes of loop() find that it is not time yet: they read kilo_ticks, compare what they read
-/// with variables, and change nothing. Such a pass goes the same way again in each tick until one
-/// of these comparisons comes out differently. So what is noted of it is what it depends on: bytes
-/// that have to be what they were, and comparisons of numbers that are sums of kilo_ticks,
-/// variables and constants. A robot whose memory agrees need not execute the pass, nor those of the
-/// ticks up to the first in which a comparison changes, whichever robot it was that was traced
-/// (pass_tracer.h).
+/// Most passes of loop() poll: they read kilo_ticks, compare it with variables, and change nothing.
+/// Such a pass takes the same path in each tick until one of its branches goes the other way. So
+/// what is kept of it is its path condition: bytes that must have the value they had, and
+/// comparisons of linear forms over kilo_ticks and variables. A robot whose state meets the
+/// condition need not execute the pass, nor those of the ticks up to the first in which a
+/// comparison flips, whichever robot of the program was traced (pass_tracer.h).
 ///
-/// A loop() that works once a tick notes the tick that it has worked for: a variable that follows
-/// kilo_ticks. Where that is all that such a pass changes it is known likewise, and so is an
-/// interrupt that asks the program for a message and gets none.
+/// A loop() that acts once a tick stores the tick in which it has acted. Such a variable is a copy
+/// of the clock. Where a pass changes nothing but copies it is known likewise, and so is an
+/// interrupt that requests a message of the program and gets none.
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_PASSES_KNOWN_PASS_H
 #define KILOTWIN_ROBOTS_TRANSLATED_PASSES_KNOWN_PASS_H
 
@@ -21,8 +21,8 @@
 
 namespace kilotwin {
 
-/// A sum: `slope` times kilo_ticks, a constant, and bytes of the data space, each shifted.
-struct TickNumber {
+/// A linear form: `slope` times kilo_ticks, a constant, and bytes of the data space, each shifted.
+struct LinearForm {
     struct Term {
         uint16_t address;
         uint8_t shift;
@@ -37,12 +37,12 @@ struct TickNumber {
     /// Modulo 2^64, with the bytes of a robot's data space and its kilo_ticks.
     uint64_t value(const uint8_t *data, uint32_t ticks) const;
     /// Adds another one, or takes it off if `sign` is -1.
-    void add(const TickNumber &other, int sign);
-    bool operator==(const TickNumber &) const = default;
+    void add(const LinearForm &other, int sign);
+    bool operator==(const LinearForm &) const = default;
 };
 
-/// A condition that a branch depends on: of numbers that have some bits.
-struct TickCondition {
+/// The condition of a branch, on numbers of some bits.
+struct BranchCondition {
     enum class Kind : uint8_t {
         ZERO,        ///< a is 0
         BIT,         ///< bit `bit` of a is set
@@ -54,16 +54,16 @@ struct TickCondition {
     uint8_t bits;  ///< of the numbers, 8 to 64
     uint8_t bit;
     bool outcome;  ///< as the pass found it
-    TickNumber a, b;
+    LinearForm a, b;
 
-    /// For how many ticks, this one included, it comes out so; 0: it does not.
-    /// It may say too few, where numbers go by two ways at once.
+    /// For how many ticks, this one included, the branch goes this way; 0: it does not. The number
+    /// may be too small where both numbers move.
     uint64_t lasts(const uint8_t *data, uint32_t ticks) const;
-    bool operator==(const TickCondition &) const = default;
+    bool operator==(const BranchCondition &) const = default;
 };
 
-/// All that something depends on that is done again and again.
-struct Dependence {
+/// The path condition of a pass, or of an interrupt: a state that meets it takes the same path.
+struct PathCondition {
     struct Equal {
         uint16_t address;
         uint8_t value;
@@ -71,63 +71,65 @@ struct Dependence {
     };
     static constexpr uint32_t MOST_TICKS = 1u << 30;
 
-    /// Bytes of registers, I/O and SRAM, by address; then what its branches asked of the ticks.
+    /// Bytes of registers, I/O and SRAM, by address; then conditions on the clock.
     std::vector<Equal> equal;
-    std::vector<TickCondition> conditions;
+    std::vector<BranchCondition> conditions;
 
-    /// For how many ticks, this one included, it goes so; 0: it does not. At most MOST_TICKS.
+    /// For how many ticks, this one included, a state meets it; 0: it does not. At most MOST_TICKS.
     uint32_t lasts(const uint8_t *data, uint32_t ticks) const;
-    /// Whether it has to do with one of the bytes from `address` on.
+    /// Whether it reads one of the bytes from `address` on.
     bool has(uint16_t address, unsigned bytes) const;
 };
 
-/// A variable that a pass sets to kilo_ticks and a constant, in each tick anew.
-struct TickFollower {
+/// A copy of the clock: a variable that the first pass of each tick sets to kilo_ticks and a
+/// constant.
+struct ClockCopy {
     uint16_t address;
     uint8_t bytes;
     uint64_t ahead;  ///< the constant; of it and of the sum that many bytes count
 
-    /// Whether it has been set in this tick.
-    bool follows(const uint8_t *data, uint32_t ticks) const;
+    /// Whether it holds this tick.
+    bool holds(const uint8_t *data, uint32_t ticks) const;
 };
 
-/// A pass that changes nothing, and what becomes of it in a tick.
+/// A pass that changes nothing but copies of the clock, and the paths that it takes when a tick
+/// interrupts it.
 struct KnownPass {
-    /// What follows when the tick's interrupt falls into the pass. An entry holds for interrupts
-    /// later than the previous entry's `to` and no later than its own. Both count from the start
-    /// of the pass: `cycles` to the start of the next pass that changes nothing, the interrupt
-    /// left out.
-    struct Torn {
+    /// A path that a tick's interrupt in the midst of the pass leads to. It is taken if the
+    /// interrupt comes later than the previous entry's `to` and no later than its own, in cycles
+    /// from the start of the pass. `cycles` are those from there to the start of the next pass that
+    /// changes nothing, without the interrupt.
+    struct Interrupted {
         uint16_t to, cycles;
     };
-    static constexpr size_t MOST_FOLLOWERS = 2;
+    static constexpr size_t MOST_COPIES = 2;
 
     uint32_t pc;      ///< byte address of its begin
     uint16_t stack;   ///< pointer at that moment
     uint8_t status;   ///< flags T and I, as in the status register
     uint32_t cycles;  ///< of the pass
-    /// The first of a tick, which sets the followers; without any it is as the others.
-    uint32_t work_cycles;
-    /// A tick that comes later than at `reads_from`, at `reads_to` at the latest, comes between
-    /// reads of kilo_ticks: cycles from the begin of the pass on. Where it is torn so, as far as
-    /// that is known.
+    /// Of the first pass of a tick, which sets the copies; without copies it is as the others.
+    uint32_t first_cycles;
+    /// Cycles from the start of the pass: the path of a pass that is interrupted later than at
+    /// `reads_from` and no later than at `reads_to`, between its reads of kilo_ticks, is in
+    /// `interrupted`, as far as it is known.
     uint32_t reads_from = 0, reads_to = 0;
-    std::vector<Torn> torn;
-    std::vector<TickFollower> followers;
-    Dependence rest;  ///< of the pass
-    Dependence work;  ///< of a tick that comes into one, asked as of that tick
-    mutable uint8_t looks_for_followers = 0;  ///< how often none were found
+    std::vector<Interrupted> interrupted;
+    std::vector<ClockCopy> copies;
+    PathCondition rest;                    ///< of the pass
+    PathCondition first;                   ///< of the first pass of a tick, in that tick
+    mutable uint8_t looks_for_copies = 0;  ///< how often none were found
 
-    /// Adds to `work` what `rest` does not say: that holds up to the tick before the end as well.
-    void add_to_work(const Dependence &more);
-    /// For how many ticks, this one included, passes go so; 0: they do not.
+    /// Adds to `first` what `rest` does not imply, which is checked up to the tick before the end.
+    void add_to_first(const PathCondition &more);
+    /// For how many ticks, this one included, passes take these paths; 0: they do not.
     uint32_t lasts(const uint8_t *data, uint32_t ticks) const;
 };
 
-/// A tick's interrupt that asks the program for a message, gets none, and changes nothing but the
-/// clock.
-struct KnownAsk {
-    Dependence on;  ///< asked as of the tick before
+/// A tick's interrupt that requests a message of the program, gets none, and changes nothing but
+/// the clock.
+struct KnownRequest {
+    PathCondition on;  ///< in the tick before
     uint32_t cycles;
 };
 
@@ -151,13 +153,13 @@ struct KnownPasses {
     static constexpr uint32_t FREE_TRACES = 64, LOOKS_FOR_A_TRACE = 2048;
 
     KnownOnes<KnownPass> passes;  ///< each of any robot of the program
-    KnownOnes<KnownAsk> asks;
+    KnownOnes<KnownRequest> requests;
     uint64_t looks = 0;  ///< for a known pass
-    uint64_t traces = 0, asks_traced = 0;
+    uint64_t traces = 0, requests_traced = 0;
 
     /// Tracing a pass takes as long as executing hundreds.
     bool may_trace_pass() const { return may_trace(traces); }
-    bool may_trace_ask() const { return may_trace(asks_traced); }
+    bool may_trace_request() const { return may_trace(requests_traced); }
 
   private:
     bool may_trace(uint64_t done) const { return done < FREE_TRACES + looks / LOOKS_FOR_A_TRACE; }

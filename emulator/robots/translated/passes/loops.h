@@ -1,7 +1,8 @@
-/// Turns of a guest's loops that are left out, all but the last, for speed alone: the shapes are
-/// those of host_tools/kilotwin/build/avr_loops.py. Each macro stands where the loop's first block
-/// begins, in any turn; it does nothing where an interrupt may come before the end. The last
-/// turn sets the flags, and the branches back are taken in all that are left out.
+/// Closed forms of a guest's inner loops, which leave out all iterations but the last one or two,
+/// for speed alone (docs/passes.md, 4): the loops are those of
+/// host_tools/kilotwin/build/avr_loops.py. Each macro stands where the loop's first block begins,
+/// in any turn; it does nothing where an interrupt may come before the end. The last turn sets the
+/// flags, and the branches back are taken in all that are left out.
 ///
 /// The plain twin of each is the code itself, turn by turn, as translations execute it that are
 /// marked for coverage (tests/translation/test_loops.py).

@@ -10,8 +10,8 @@
 /// A pass whose stores come to something may still repeat if that is a counter's: as the code of a
 /// program without counters, which is most, has none of it, that is apart (passes/counters.h).
 ///
-/// A pass that an interrupt has torn counts as one that changes something, so that the one behind
-/// it is the first that may be known to repeat, and is executed to know it.
+/// A pass that has been interrupted counts as one that changes something, so that the one behind it
+/// is the first that may be known to repeat, and is executed to know it. docs/passes.md, 1.
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_PASSES_PASS_H
 #define KILOTWIN_ROBOTS_TRANSLATED_PASSES_PASS_H
 

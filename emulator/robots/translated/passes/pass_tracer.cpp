@@ -34,18 +34,18 @@ std::optional<KnownPass> known_pass_of(const translation_t &code, const translat
     auto rest = PassTracer(code, chip, {}, NO_TICK).trace();
     if (!rest) return std::nullopt;
     KnownPass known = {};
-    auto work = rest;
+    auto first = rest;
     uint32_t ticks;
     std::memcpy(&ticks, chip.data + code.seam->ticks, sizeof ticks);
     if (rest->on.lasts(chip.data, ticks) <= 1) {
-        auto found = PassTracer(code, chip, {}, 0).find_followers();
+        auto found = PassTracer(code, chip, {}, 0).find_copies();
         auto rest_so = PassTracer(code, chip, found, NO_TICK).trace();
-        auto work_so = PassTracer(code, chip, found, 0).trace();
-        const bool follow = !found.empty() && rest_so && work_so && work_so->works;
+        auto first_so = PassTracer(code, chip, found, 0).trace();
+        const bool follow = !found.empty() && rest_so && first_so && first_so->sets_copies;
         if (follow) {
-            known.followers = std::move(found);
+            known.copies = std::move(found);
             rest = std::move(rest_so);
-            work = std::move(work_so);
+            first = std::move(first_so);
         }
     }
     known.pc = chip.pc;
@@ -54,38 +54,38 @@ std::optional<KnownPass> known_pass_of(const translation_t &code, const translat
         static_cast<uint8_t>(chip.flags[PassTracer::BIT_COPY] << PassTracer::BIT_COPY |
                              chip.flags[PassTracer::INTERRUPTS] << PassTracer::INTERRUPTS);
     known.cycles = rest->cycles;
-    known.work_cycles = work->cycles;
+    known.first_cycles = first->cycles;
     known.reads_from = rest->reads_from;
     known.reads_to = rest->reads_to;
     known.rest = std::move(rest->on);
-    if (!known.followers.empty()) known.add_to_work(work->on);
+    if (!known.copies.empty()) known.add_to_first(first->on);
     for (const uint32_t block : rest->blocks) {
         if (block > known.reads_to) break;
-        const auto torn = PassTracer(code, chip, known.followers, block).trace();
-        if (!torn) break;
-        known.add_to_work(torn->on);
-        const bool is_over = torn->works || known.followers.empty();
-        const uint32_t cycles = torn->cycles + (is_over ? 0 : known.work_cycles);
+        const auto interrupted = PassTracer(code, chip, known.copies, block).trace();
+        if (!interrupted) break;
+        known.add_to_first(interrupted->on);
+        const bool is_over = interrupted->sets_copies || known.copies.empty();
+        const uint32_t cycles = interrupted->cycles + (is_over ? 0 : known.first_cycles);
         if (cycles > UINT16_MAX) break;
-        if (known.torn.empty() || known.torn.back().cycles != cycles)
-            known.torn.push_back({0, static_cast<uint16_t>(cycles)});
-        known.torn.back().to = static_cast<uint16_t>(block);
+        if (known.interrupted.empty() || known.interrupted.back().cycles != cycles)
+            known.interrupted.push_back({0, static_cast<uint16_t>(cycles)});
+        known.interrupted.back().to = static_cast<uint16_t>(block);
     }
     return known;
 }
 
-std::optional<KnownAsk> known_ask_of(const translation_t &code, const translated_chip_t &chip,
-                                     uint32_t sense_cycles) {
-    return PassTracer(code, chip, {}, PassTracer::NO_TICK).trace_ask(sense_cycles);
+std::optional<KnownRequest> known_request_of(const translation_t &code,
+                                             const translated_chip_t &chip, uint32_t sense_cycles) {
+    return PassTracer(code, chip, {}, PassTracer::NO_TICK).trace_request(sense_cycles);
 }
 
 PassTracer::PassTracer(const translation_t &code, const translated_chip_t &chip,
-                       const std::vector<TickFollower> &followers, uint32_t tick_at)
+                       const std::vector<ClockCopy> &copies, uint32_t tick_at)
     : translated_chip_t(chip),
       code_(code),
       seam_(*code.seam),
       before_(chip.data),
-      followers_(followers),
+      copies_(copies),
       tick_at_(tick_at),
       stack_(static_cast<uint16_t>(chip.data[SPL] | chip.data[SPH] << BYTE_BITS)),
       begin_(chip.pc),
@@ -105,7 +105,7 @@ PassTracer::PassTracer(const translation_t &code, const translated_chip_t &chip,
     ticks_ += static_cast<uint32_t>(behind);
     new_sum({1, 0, {}});
     new_sum({1, 0 - behind, {}});
-    for (const TickFollower &follower : followers_) new_sum({1, follower.ahead - behind, {}});
+    for (const ClockCopy &copy : copies_) new_sum({1, copy.ahead - behind, {}});
 }
 
 std::optional<PassTracer::Traced> PassTracer::trace() {
@@ -116,17 +116,18 @@ std::optional<PassTracer::Traced> PassTracer::trace() {
         return std::nullopt;
     }
     unsigned set = 0, all = 0;
-    for (const TickFollower &follower : followers_)
-        for (unsigned byte = 0; byte < follower.bytes; byte++) {
-            set += written_[follower.address + byte];
+    for (const ClockCopy &copy : copies_)
+        for (unsigned byte = 0; byte < copy.bytes; byte++) {
+            set += written_[copy.address + byte];
             all++;
         }
     if (tick_at_ != NO_TICK && set != 0 && set != all) return std::nullopt;
-    return Traced{dependence(), cycles(), first_read_, last_read_, std::move(blocks_), set == all};
+    return Traced{path_condition(), cycles(),           first_read_,
+                  last_read_,       std::move(blocks_), set == all};
 }
 
-std::vector<TickFollower> PassTracer::find_followers() {
-    std::vector<TickFollower> found;
+std::vector<ClockCopy> PassTracer::find_copies() {
+    std::vector<ClockCopy> found;
     try {
         follow();
     } catch (const Failed &) {
@@ -136,23 +137,20 @@ std::vector<TickFollower> PassTracer::find_followers() {
         const bool is_frame = at > deepest_ && at <= stack_;
         if (!written_[at] || is_frame || !has_ticks(memory_[at])) continue;
         const Byte byte = memory_[at];
-        const TickNumber &number = sums_[byte.place];
+        const LinearForm &number = sums_[byte.place];
         const bool goes_on = !found.empty() && found.back().address + found.back().bytes == at &&
                              found.back().bytes == byte.at;
-        if (goes_on && follows(byte, byte.at, found.back().ahead))
+        if (goes_on && holds_clock(byte, byte.at, found.back().ahead))
             found.back().bytes++;
-        else if (byte.at == 0 && follows(byte, 0, number.constant))
+        else if (byte.at == 0 && holds_clock(byte, 0, number.constant))
             found.push_back({at, 1, number.constant});
     }
-    const auto is_late = [this](const TickFollower &follower) {
-        return !follower.follows(before_, ticks_ - 1);
-    };
+    const auto is_late = [this](const ClockCopy &copy) { return !copy.holds(before_, ticks_ - 1); };
     const bool is_steady = std::none_of(found.begin(), found.end(), is_late);
-    return is_steady && found.size() <= KnownPass::MOST_FOLLOWERS ? found
-                                                                  : std::vector<TickFollower>{};
+    return is_steady && found.size() <= KnownPass::MOST_COPIES ? found : std::vector<ClockCopy>{};
 }
 
-std::optional<KnownAsk> PassTracer::trace_ask(uint32_t sense_cycles) {
+std::optional<KnownRequest> PassTracer::trace_request(uint32_t sense_cycles) {
     constexpr int RETI_CYCLES = 4;
     sense_cycles_ = sense_cycles;
     pc = VECTOR_TIMER0_COMPA * VECTOR_BYTES;
@@ -168,7 +166,7 @@ std::optional<KnownAsk> PassTracer::trace_ask(uint32_t sense_cycles) {
     } catch (const Failed &) {
         return std::nullopt;
     }
-    return KnownAsk{dependence(), cycles()};
+    return KnownRequest{path_condition(), cycles()};
 }
 
 void PassTracer::follow() {
@@ -187,20 +185,20 @@ void PassTracer::tick() {
     std::memcpy(&copy_[seam_.ticks], &ticks_, sizeof ticks_);
 }
 
-bool PassTracer::follows(const Byte &byte, unsigned at, uint64_t ahead) const {
+bool PassTracer::holds_clock(const Byte &byte, unsigned at, uint64_t ahead) const {
     if (byte.kind != Byte::OF_SUM || byte.at != at) return false;
-    const TickNumber &number = sums_[byte.place];
+    const LinearForm &number = sums_[byte.place];
     const uint64_t differing = number.constant ^ ahead;
     return number.slope == 1 && number.terms.empty() &&
            static_cast<uint8_t>(differing >> BYTE_BITS * at) == 0 &&
            (differing & ((uint64_t{1} << BYTE_BITS * at) - 1)) == 0;
 }
 
-bool PassTracer::is_of_follower(uint16_t address, const Byte &byte) {
-    for (const TickFollower &follower : followers_) {
-        const unsigned at = address - follower.address + 0u;
-        if (at >= follower.bytes) continue;
-        if (!follows(byte, at, follower.ahead)) fail();
+bool PassTracer::is_of_copy(uint16_t address, const Byte &byte) {
+    for (const ClockCopy &copy : copies_) {
+        const unsigned at = address - copy.address + 0u;
+        if (at >= copy.bytes) continue;
+        if (!holds_clock(byte, at, copy.ahead)) fail();
         return true;
     }
     return false;
@@ -221,7 +219,7 @@ void PassTracer::finish() {
         if (!is_scratch(at)) check(at, registers_[at]);
     for (uint16_t at = 0; at < DATA_END; at++) {
         const bool is_frame = at > deepest_ && at <= stack_;
-        if (written_[at] && !is_frame && !is_of_follower(at, memory_[at])) check(at, memory_[at]);
+        if (written_[at] && !is_frame && !is_of_copy(at, memory_[at])) check(at, memory_[at]);
         if (loaded_[at] && at + INTERRUPTED > deepest_ && at <= stack_) fail();
     }
     if (cycles() > UINT16_MAX) fail();
@@ -241,7 +239,7 @@ void PassTracer::finish_interrupt() {
         if (loaded_[at] && at <= stack_ && at > deepest_) fail();
     }
     for (unsigned byte = 0; byte < sizeof ticks_; byte++)
-        if (!follows(memory_[seam_.ticks + byte], byte, 1)) fail();
+        if (!holds_clock(memory_[seam_.ticks + byte], byte, 1)) fail();
     transmit_clock_t clock;
     std::memcpy(&clock.counts, before_ + seam_.robot + CLOCK, sizeof clock.counts);
     clock.increment = before_[seam_.robot + CLOCK + offsetof(transmit_clock_t, increment)];
@@ -252,8 +250,8 @@ void PassTracer::finish_interrupt() {
         fail();
 }
 
-Dependence PassTracer::dependence() {
-    Dependence on;
+PathCondition PassTracer::path_condition() {
+    PathCondition on;
     for (uint16_t at = 0; at < DATA_END; at++)
         if (equal_[at]) on.equal.push_back({at, before_[at]});
     on.conditions = std::move(conditions_);
@@ -314,7 +312,7 @@ void PassTracer::require(uint16_t address) {
     equal_.set(address);
 }
 
-void PassTracer::require(const TickNumber &number) {
+void PassTracer::require(const LinearForm &number) {
     if (number.slope != 0) fail();
     for (const auto &term : number.terms) require(term.address);
 }
@@ -354,11 +352,10 @@ PassTracer::Byte PassTracer::load(uint16_t address) {
         const uint16_t sum = has_ticked_ ? TICKS_BEHIND : TICKS_BEFORE;
         return {Byte::OF_SUM, static_cast<uint8_t>(of_ticks), sum};
     }
-    for (size_t i = 0; i < followers_.size(); i++) {
-        const unsigned at = address - followers_[i].address + 0u;
-        if (at < followers_[i].bytes)
-            return {Byte::OF_SUM, static_cast<uint8_t>(at),
-                    static_cast<uint16_t>(FIRST_FOLLOWER + i)};
+    for (size_t i = 0; i < copies_.size(); i++) {
+        const unsigned at = address - copies_[i].address + 0u;
+        if (at < copies_[i].bytes)
+            return {Byte::OF_SUM, static_cast<uint8_t>(at), static_cast<uint16_t>(FIRST_COPY + i)};
     }
     if (is_of_clock(address)) {
         if (sense_cycles_ == 0) fail();
@@ -404,7 +401,7 @@ uint16_t PassTracer::pointer(unsigned pair) const {
 // Numbers
 
 /// They are few in a pass that only looks at the time.
-uint16_t PassTracer::new_sum(const TickNumber &number) {
+uint16_t PassTracer::new_sum(const LinearForm &number) {
     if (sums_.size() >= MOST_NUMBERS) fail();
     sums_.push_back(number);
     known_.push_back(false);
@@ -463,7 +460,7 @@ void PassTracer::add(unsigned d, Byte b, uint8_t value, const Sum &kind) {
     const auto index = static_cast<uint16_t>(&chain - chains_.data());
     append(chain.a, a, copy_[d], chain.bytes);
     append(chain.b, b, value, chain.bytes);
-    TickNumber sum = chain.a.number;
+    LinearForm sum = chain.a.number;
     sum.add(chain.b.number, kind.is_sum ? 1 : -1);
     sum.constant += kind.is_sum ? chain.carry : ~chain.carry + 1;
     if (std::abs(sum.slope) > 1 || sum.terms.size() > MOST_TERMS) fail();
@@ -475,8 +472,8 @@ void PassTracer::add(unsigned d, Byte b, uint8_t value, const Sum &kind) {
     set_flags({Flag::OF_CHAIN, index, bytes, {}});
 }
 
-/// Slopes are those that TickCondition can count with; what the pass found is checked once.
-void PassTracer::note(TickCondition condition) {
+/// Slopes are those that BranchCondition can count with; what the pass found is checked once.
+void PassTracer::note(BranchCondition condition) {
     for (const auto *number : {&condition.a, &condition.b}) {
         if (std::abs(number->slope) > 1) fail();
         for (const auto &term : number->terms)
@@ -489,9 +486,9 @@ void PassTracer::note(TickCondition condition) {
 
 void PassTracer::note_bit(const Byte &byte, unsigned bit) {
     const unsigned at = byte.at * BYTE_BITS + bit;
-    const TickNumber &number = sums_[byte.place];
+    const LinearForm &number = sums_[byte.place];
     const bool is_set = (number.value(before_, ticks_) >> at & 1) != 0;
-    note({TickCondition::Kind::BIT,
+    note({BranchCondition::Kind::BIT,
           static_cast<uint8_t>(at + 1),
           static_cast<uint8_t>(at),
           is_set,
@@ -501,7 +498,7 @@ void PassTracer::note_bit(const Byte &byte, unsigned bit) {
 
 /// A branch depends on the flag that has the number `bit` in the status register.
 void PassTracer::note(Flag &flag, unsigned bit) {
-    using Kind = TickCondition::Kind;
+    using Kind = BranchCondition::Kind;
     const bool is_sign = bit == NEGATIVE || bit == SIGN;
     if (flag.kind == Flag::OF_BYTE && has_ticks(flag.byte)) {
         if (!is_sign) fail();
@@ -509,7 +506,7 @@ void PassTracer::note(Flag &flag, unsigned bit) {
     }
     if (flag.kind != Flag::OF_CHAIN) return require(flag);
     const Chain &chain = chains_[flag.chain];
-    const TickNumber &a = chain.a.number, &b = chain.b.number;
+    const LinearForm &a = chain.a.number, &b = chain.b.number;
     if (a.slope == 0 && b.slope == 0) return require(flag);
     const bool compares = !chain.is_sum && chain.carry == 0;
     const auto bits = static_cast<uint8_t>(chain.bytes * BYTE_BITS);

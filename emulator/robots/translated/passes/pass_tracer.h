@@ -1,15 +1,15 @@
-/// Finds out what a pass of a translated robot's main loop depends on (known_pass.h).
+/// Finds the path condition of a pass of a translated robot's main loop (known_pass.h).
 ///
-/// The pass is executed once, instruction by instruction, on a copy of the chip, and beside each
-/// byte of registers, stack and flags stands where it comes from: a constant, a byte as it was when
-/// the pass began, or a byte of a sum of kilo_ticks, such bytes and constants. Additions,
-/// differences and comparisons over several bytes make such sums, and branches on their flags
-/// conditions; whatever else an instruction does with a byte makes it one that must be equal.
-/// A pass beyond that is not known: it is executed each time, as if there were no tracer.
+/// The pass is interpreted once on a copy of the chip. Beside each concrete byte of registers,
+/// stack and flags stands a symbolic one: a constant, an input (a byte as it was when the pass
+/// began), or a slice of a linear form over kilo_ticks, inputs and constants. Additions,
+/// differences and comparisons over several bytes make linear forms, and branches on their flags
+/// make conditions. Whatever else an instruction does with a byte adds to the condition that it is
+/// equal. A pass beyond that is not known: it is executed each time, as if there were no tracer.
 ///
-/// A tick's interrupt may come in the midst of the pass: it is traced as it is then, with
-/// kilo_ticks a number before and the next one behind. The interrupt itself is traced likewise,
-/// where it asks the program for a message.
+/// A tick may interrupt the pass: that path is traced with kilo_ticks before the interrupt and the
+/// next number behind it. The interrupt itself is traced likewise, where it requests a message of
+/// the program.
 ///
 /// Sources: pass_tracer.cpp, pass_tracer_steps.cpp (instructions).
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_PASSES_PASS_TRACER_H
@@ -36,8 +36,8 @@ std::optional<KnownPass> known_pass_of(const translation_t &code, const translat
 
 /// The next tick's interrupt of a chip, if it asks the program for a message, of which what is
 /// around it takes `sense_cycles` to find the channel free.
-std::optional<KnownAsk> known_ask_of(const translation_t &code, const translated_chip_t &chip,
-                                     uint32_t sense_cycles);
+std::optional<KnownRequest> known_request_of(const translation_t &code,
+                                             const translated_chip_t &chip, uint32_t sense_cycles);
 
 /// One pass, or interrupt.
 class PassTracer : private translated_chip_t {
@@ -46,26 +46,25 @@ class PassTracer : private translated_chip_t {
     /// Flags by their bits in the status register.
     enum { CARRY = 0, ZERO = 1, NEGATIVE = 2, SIGN = 4, BIT_COPY = 6, INTERRUPTS = 7 };
 
-    /// A chip where a pass of its main loop begins. `followers` have followed kilo_ticks so far. A
-    /// tick comes at the first block of code from `tick_at` cycles on.
+    /// A chip where a pass of its main loop begins. `copies` hold the clock so far. A tick comes at
+    /// the first block of code from `tick_at` cycles on.
     PassTracer(const translation_t &code, const translated_chip_t &chip,
-               const std::vector<TickFollower> &followers, uint32_t tick_at);
+               const std::vector<ClockCopy> &copies, uint32_t tick_at);
 
     struct Traced {
-        Dependence on;  ///< asked as of the last tick of the pass
+        PathCondition on;  ///< asked as of the last tick of the pass
         uint32_t cycles;
         uint32_t reads_from, reads_to;  ///< of KnownPass
         /// Begins of blocks up to there, of which a tick may come at each.
         std::vector<uint32_t> blocks;
-        bool works;  ///< it has set the followers
+        bool sets_copies;  ///< as the first pass of a tick does
     };
-    /// The pass; none: it changes something else than followers, or cannot be known.
+    /// The pass; none: it changes something else than copies, or cannot be known.
     std::optional<Traced> trace();
-    /// Variables that would follow kilo_ticks if the pass came in each tick; none: nothing would,
-    /// or not that alone.
-    std::vector<TickFollower> find_followers();
+    /// Copies of the clock, if the first pass of a tick sets them and nothing else; or none.
+    std::vector<ClockCopy> find_copies();
     /// The interrupt of the next tick, in place of a pass.
-    std::optional<KnownAsk> trace_ask(uint32_t sense_cycles);
+    std::optional<KnownRequest> trace_request(uint32_t sense_cycles);
 
   private:
     static constexpr uint16_t DATA_END = atmega328p::SRAM_END;
@@ -75,8 +74,8 @@ class PassTracer : private translated_chip_t {
     static constexpr uint16_t REGISTERS_END = 0x20, IO_END = 0x100;
     /// More than passes have that only look at the time, so that no pass takes long.
     static constexpr size_t MOST_NUMBERS = 256, MOST_TERMS = 64;
-    /// Sums that there are from the begin on; the followers' come next.
-    enum { TICKS_BEHIND, TICKS_BEFORE, FIRST_FOLLOWER };
+    /// Sums that there are from the begin on; the copies' come next.
+    enum { TICKS_BEHIND, TICKS_BEFORE, FIRST_COPY };
 
     /// Where a byte comes from.
     struct Byte {
@@ -92,7 +91,7 @@ class PassTracer : private translated_chip_t {
 
     /// One of the two numbers of an addition or difference, as far as its bytes are known.
     struct Operand {
-        TickNumber number;
+        LinearForm number;
         int sum = -1;  ///< all bytes are those of that sum; -1: of none
     };
 
@@ -132,14 +131,14 @@ class PassTracer : private translated_chip_t {
     void finish_interrupt();
     /// Fails unless the byte at an address is what was there, and will be.
     void check(uint16_t address, const Byte &byte);
-    /// True if the byte is one of a follower, which then must have been set.
-    bool is_of_follower(uint16_t address, const Byte &byte);
+    /// True if the byte is one of a copy, which then must have been set.
+    bool is_of_copy(uint16_t address, const Byte &byte);
     /// Whether it is byte `at` of kilo_ticks as they are behind the pass, and `ahead`.
-    bool follows(const Byte &byte, unsigned at, uint64_t ahead) const;
+    bool holds_clock(const Byte &byte, unsigned at, uint64_t ahead) const;
     void tick();
     void sense();
     uint32_t cycles() const { return static_cast<uint32_t>(MOST_CYCLES - left); }
-    Dependence dependence();
+    PathCondition path_condition();
 
     // By groups of instructions (pass_tracer_steps.cpp); false if it is none of these. Each says
     // where the bytes that it changes come from; interpret() then changes them.
@@ -163,7 +162,7 @@ class PassTracer : private translated_chip_t {
     /// register that has nothing in it when a pass begins. A flag asked for so becomes a constant.
     void require(Byte byte);
     void require(uint16_t address);
-    void require(const TickNumber &number);
+    void require(const LinearForm &number);
     void require(Flag &flag);
     void require_all_flags();
     /// A byte of data space. Those that a tick's interrupt changes, and registers with an effect,
@@ -186,16 +185,16 @@ class PassTracer : private translated_chip_t {
     void add(unsigned d, Byte b, uint8_t value, const Sum &kind);
     /// Gives an operand its byte number `at`, of which `value` is what the pass found.
     void append(Operand &operand, Byte byte, uint8_t value, unsigned at);
-    uint16_t new_sum(const TickNumber &number);
+    uint16_t new_sum(const LinearForm &number);
     Chain &chain_for(bool is_sum, bool takes_carry);
     void note(Flag &flag, unsigned bit);
     void note_bit(const Byte &byte, unsigned bit);
-    void note(TickCondition condition);
+    void note(BranchCondition condition);
 
     const translation_t &code_;
     const translated_seam_t &seam_;
     const uint8_t *const before_;  ///< data space when the pass began
-    const std::vector<TickFollower> &followers_;
+    const std::vector<ClockCopy> &copies_;
     const uint32_t tick_at_;
     uint32_t sense_cycles_ = 0;  ///< not 0: an interrupt is traced
     /// The stack pointer and the program counter at that moment.
@@ -213,10 +212,10 @@ class PassTracer : private translated_chip_t {
     std::array<Byte, 0x20> registers_;
     std::array<Byte, DATA_END> memory_ = {};
     std::bitset<DATA_END> written_, loaded_, equal_;
-    std::vector<TickNumber> sums_;
+    std::vector<LinearForm> sums_;
     std::vector<bool> known_;  ///< sums whose bytes must be equal
     std::vector<Chain> chains_;
-    std::vector<TickCondition> conditions_;
+    std::vector<BranchCondition> conditions_;
     Flag carry_ = {}, zero_ = {}, signs_ = {};
     bool reads_ticks_ = false;
     /// Cycles into the pass at which the blocks begin that read kilo_ticks first and last:
