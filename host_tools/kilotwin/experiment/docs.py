@@ -1,4 +1,5 @@
-"""The tables of all keys in docs/experiments.md and of built-in metrics in docs/metrics.md.
+"""The tables of keys in docs/experiments.md, one for each table of an experiment file, and the
+table of built-in metrics in docs/metrics.md.
 
 `python -m kilotwin.experiment.docs FILE` renews them from the schema; a test compares. Of a file
 that declares a program's parameters it prints their table.
@@ -8,9 +9,9 @@ import ast
 import inspect
 import itertools
 import json
+import re
 import sys
 import textwrap
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_args, get_origin
 
@@ -29,15 +30,16 @@ _HEAD = "| key | allowed | default | meaning |\n|---|---|---|---|\n"
 _BUILTINS_HEAD = "| builtin | keys | unit | what it is |\n|---|---|---|---|\n"
 _WORDS = {
     float: "number",
-    int: "whole number",
+    int: "integer",
     str: "text",
     bool: "true, false",
     list: "list",
     dict: "table",
 }
+# What a table takes whose keys are names of the user's.
+_VALUES = {"parameters": "as declared", "states": "list or colour"}
 # Ranges that the types do not have.
 _ALLOWED = {
-    "parameters": "table",
     "swarm.program": "text or list",
     "robots.program": "text or list",
     "grid.program": "text or list",
@@ -50,11 +52,19 @@ _DEFAULTS = {
     "controller.neighbour_timeout_s": "as the window",
     "swarm.floor": "`true` (foot-bot), `false` (kilobot, and on a grid)",
 }
+TOP = "Keys of no table"
+"""Heading of the section with the keys above the first table of a file."""
+_SHAPES = "Shapes"
+"""Heading of the section that says what the sizes of a shape mean, for all tables that have one."""
+_SIZES = ("diameter_m", "width_m", "height_m", "points_m")
+_SECTION = re.compile(r"^(?=##+ )", re.MULTILINE)
 
 
-def table() -> str:
-    """Every key, in the order of the schema."""
-    return _HEAD + "".join(_rows(ExperimentSchema, ""))
+def tables() -> dict[str, str]:
+    """The keys of each table of a file, by its heading in docs/experiments.md."""
+    found: dict[str, str] = {}
+    _collect(ExperimentSchema, "", TOP, found)
+    return found
 
 
 def builtins_table() -> str:
@@ -72,34 +82,68 @@ def _keys(builtin: Builtin) -> str:
 
 
 def renewed(document: str) -> str:
-    """The document with its table of keys, or of built-in metrics, made anew."""
-    for head, made in ((_HEAD, table), (_BUILTINS_HEAD, builtins_table)):
-        before, found, rest = document.partition(head)
-        if found:
-            rows = rest.split("\n")
-            after = next(i for i, row in enumerate(rows) if not row.startswith("|"))
-            return before + made() + "\n".join(rows[after:])
-    raise ValueError("the document has no table of keys")
+    """The document with its tables of keys, or of built-in metrics, made anew."""
+    if _BUILTINS_HEAD in document:
+        return _filled(document, builtins_table())
+    parts = _SECTION.split(document)
+    made = tables()
+    filled = [
+        _filled(part, made.pop(heading(part))) if heading(part) in made else part for part in parts
+    ]
+    if made:
+        raise ValueError(f"the document has no section for {', '.join(made)}")
+    return "".join(filled)
 
 
-def _rows(section: type[BaseModel], prefix: str) -> Iterator[str]:
+def heading(part: str) -> str:
+    """The heading that a part of a document begins with: `[arena]`."""
+    return part.partition("\n")[0].strip("#` ")
+
+
+def _filled(part: str, table: str) -> str:
+    """The part with its table, the one that begins as `table` does, made anew."""
+    head = "".join(table.splitlines(keepends=True)[:2])
+    before, found, rest = part.partition(head)
+    if not found:
+        raise ValueError(f"the section {heading(part)} has no table of keys")
+    while rest.startswith("|"):
+        rest = rest.partition("\n")[2]
+    return before + table + rest
+
+
+def _collect(section: type[BaseModel], prefix: str, title: str, found: dict[str, str]) -> None:
+    """The rows of a table, then those of the tables within it."""
     meanings = {name: text for kind in lineage(section) for name, text in _meanings(kind).items()}
+    shaped = set(_SIZES) <= section.model_fields.keys()
+    rows: list[str] = []
+    inner: list[tuple[type[BaseModel], str, str]] = []
+    found[title] = ""  # its place is before those of the tables within
     for name in keys_of(section):
         field = section.model_fields[name]
         kind = bare(field.annotation)
-        inner = bare(get_args(kind)[-1]) if get_origin(kind) in (list, dict) else kind
-        if is_section(inner):
-            many = get_origin(kind) is list
-            path = f"{prefix}{name}" + ".NAME" * (get_origin(kind) is dict)
-            title = f"`[[{path}]]`" if many else f"`[{path}]`"
-            yield f"| **{title}** | | | {_cell(_first_line(inner))} |\n"
-            yield from _rows(inner, f"{path}.")
-        else:
-            key = f"{prefix}{name}"
-            allowed = _ALLOWED.get(key) or _allowed(field)
-            default = _DEFAULTS.get(key) or _default(prefix, name, field)
+        value = bare(get_args(kind)[-1]) if get_origin(kind) in (list, dict) else kind
+        path = f"{prefix}{name}"
+        if is_section(value):
+            path += ".NAME" * (get_origin(kind) is dict)
+            inner.append((value, path, f"[[{path}]]" if get_origin(kind) is list else f"[{path}]"))
+        elif get_origin(kind) is dict and not prefix:
             meaning = _cell(field.description or meanings[name])
-            yield f"| `{key}` | {allowed} | {default} | {meaning} |\n"
+            found[f"[{name}]"] = f"{_HEAD}| `NAME` | {_VALUES[name]} |  | {meaning} |\n"
+        elif shaped and name in _SIZES:
+            if name == _SIZES[0]:
+                sizes = ", ".join(f"`{size}`" for size in _SIZES)
+                rows.append(f"| {sizes} | by `shape` |  | [{_SHAPES}](#{_SHAPES.lower()}) |\n")
+        else:
+            rows.append(_row(prefix, name, field, field.description or meanings[name]))
+    found[title] = _HEAD + "".join(rows)
+    for value, path, below in inner:
+        _collect(value, f"{path}.", below, found)
+
+
+def _row(prefix: str, name: str, field: FieldInfo, meaning: str) -> str:
+    allowed = _ALLOWED.get(f"{prefix}{name}") or _allowed(field)
+    default = _DEFAULTS.get(f"{prefix}{name}") or _default(prefix, name, field)
+    return f"| `{name}` | {allowed} | {default} | {_cell(meaning)} |\n"
 
 
 def _meanings(section: type[BaseModel]) -> dict[str, str]:
@@ -115,12 +159,8 @@ def _meanings(section: type[BaseModel]) -> dict[str, str]:
     }
 
 
-def _first_line(section: type[BaseModel]) -> str:
-    return (section.__doc__ or "").partition("\n\n")[0].replace("\n    ", " ")
-
-
 def _cell(text: str) -> str:
-    return text.replace("\n", " ").replace("|", "\\|")
+    return text.replace("\n", " ").replace("|", "\\|").strip()
 
 
 def _allowed(field: FieldInfo) -> str:
@@ -129,7 +169,8 @@ def _allowed(field: FieldInfo) -> str:
     if choices and get_origin(kind) not in (list, dict):
         return ", ".join(f"`{json.dumps(choice)}`" for choice in choices)
     word = _WORDS[get_origin(kind) or kind]
-    return " ".join([word, limits(field)]).strip()
+    limit = limits(field).replace("from ", "").replace(" up to ", " to ")
+    return f"{word} {limit}".strip()
 
 
 def _default(prefix: str, name: str, field: FieldInfo) -> str:
@@ -147,13 +188,13 @@ def _default(prefix: str, name: str, field: FieldInfo) -> str:
         if name in own.get(prefix, {}):
             by_robot[profile.name] = own[prefix][name]
     if prefix == "medium." and name in KILOBOT_MEDIUM:
-        return f"{_value(KILOBOT_MEDIUM[name])}; `ideal` has no such key"
+        return _value(KILOBOT_MEDIUM[name])
     if by_robot and len({_value(value) for value in by_robot.values()}) == 1:
         return _value(next(iter(by_robot.values())))
     if by_robot:
         return ", ".join(f"{_value(value)} ({robot})" for robot, value in by_robot.items())
     if field.is_required() or field.default is None:
-        return "must be given" if field.is_required() else ""
+        return "required" if field.is_required() else ""
     return _value(field.default)
 
 

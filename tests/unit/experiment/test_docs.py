@@ -1,22 +1,31 @@
-"""docs/experiments.md tells every key, and its examples are sound."""
+"""docs/experiments.md has a section for each table of a file: an example, which loads, and keys."""
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
 from kilotwin.experiment.colours import LED_COLOURS
-from kilotwin.experiment.docs import renewed, table
+from kilotwin.experiment.docs import TOP, heading, renewed, tables
 from kilotwin.experiment.schema.experiment import ExperimentSchema
 
-from ..conftest import SMALL, Load
+from ..conftest import WIRE, Load
 
-DOCUMENT = Path(__file__).parents[3] / "docs" / "experiments.md"
+ROOT = Path(__file__).parents[3]
+DOCUMENT = ROOT / "docs" / "experiments.md"
 TEXT = DOCUMENT.read_text()
+SECTIONS = {heading(part): part for part in re.split(r"(?m)^(?=##+ )", TEXT)[1:]}
+# What an example leaves out, by the table that has it.
+BEGINNING = {
+    "": "duration_s = 300\n",
+    "arena": "[arena]\ndiameter_m = 4.0\n",
+    "swarm": '[swarm]\nprofile = "kilobot"\nprogram = "main.c"\nsize = 10\n',
+}
 
 
-def test_the_table_is_of_this_schema() -> None:
+def test_the_tables_are_of_this_schema() -> None:
     assert renewed(TEXT) == TEXT, "type: python -m kilotwin.experiment.docs docs/experiments.md"
 
 
@@ -25,38 +34,68 @@ def test_the_table_of_built_in_metrics_is_of_this_schema() -> None:
     assert renewed(text) == text, "type: python -m kilotwin.experiment.docs docs/metrics.md"
 
 
+def test_a_table_without_a_section_is_refused() -> None:
+    without = TEXT.replace(SECTIONS["[battery]"], "")
+    with pytest.raises(ValueError, match=r"no section for \[battery\]"):
+        renewed(without)
+
+
+def test_a_section_without_its_keys_is_refused() -> None:
+    without = TEXT.replace(tables()["[battery]"], "")
+    with pytest.raises(ValueError, match=r"\[battery\] has no table of keys"):
+        renewed(without)
+
+
 def test_every_key_has_a_meaning() -> None:
-    rows = [line.split(" | ") for line in table().splitlines()[2:]]
-    assert len(rows) > 100
+    rows = [row.split(" | ") for table in tables().values() for row in table.splitlines()[2:]]
+    assert len(rows) > 200
     assert [row[0] for row in rows if not row[-1].strip(" |")] == []
+
+
+def test_every_key_of_the_file_is_in_its_section_or_has_one() -> None:
     for name in ExperimentSchema.model_fields:
-        assert re.search(rf"`\[*{name}\b", table()), name
+        titles = {f"[{name}]", f"[[{name}]]", f"[{name}.NAME]"}
+        assert f"| `{name}` |" in tables()[TOP] or titles & tables().keys(), name
+
+
+@pytest.mark.parametrize("title", tables())
+def test_an_example_of_the_table_stands_before_its_keys(title: str) -> None:
+    before = SECTIONS[title].partition("| key |")[0]
+    example = "".join(re.findall(r"```toml\n(.*?)```", before, re.DOTALL))
+    written = re.escape(title).replace("NAME", r"\w+")
+    assert re.search(written if title != TOP else "^seed = ", example, re.MULTILINE)
 
 
 def test_the_colours_that_states_may_name_are_listed() -> None:
-    (row,) = [line for line in TEXT.splitlines() if line.startswith("| `states` |")]
     for name, rgb in LED_COLOURS.items():
-        assert f'`"{name}"` {list(rgb)}' in row
+        assert f'`"{name}"` {list(rgb)}' in tables()["[states]"]
 
 
 @pytest.mark.parametrize("example", re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL))
 def test_examples_are_taken(example: str, load: Load, folder: Path) -> None:
-    for name in ("main.c", "helpers.c", "seed.c"):
+    for name in ("main.c", "helpers.c", "seed.c", "ModuleMain.c"):
         (folder / name).write_text("int main(void) { return 0; }\n")
     (folder / "headers").mkdir()
+    (folder / "walker.wire.toml").write_text(WIRE.replace("byte = 2\n", "byte = 2\ndefault = 0\n"))
+    shutil.copy(ROOT / "experiments/environment/pheromone.py", folder)
+    shutil.copy(ROOT / "tests/labs/pheromone/arena.kconf", folder)
     image = Image.new("RGB", (3, 1), (255, 255, 255))
     image.putpixel((0, 0), (0, 0, 0))
     image.putpixel((1, 0), (0xD6, 0x27, 0x28))
     for name in ("sites.png", "light.png"):
         image.save(folder / name)
-    text = SMALL
-    if "[swarm]" in example and "[arena]" in example:
-        load(example)
-        return
-    if "[swarm]" in example:
-        text = text[: text.index("[swarm]")]
-    if "[arena]" in example:
-        text = text[: text.index("[arena]")] + text[text.index("[swarm]") :]
-        load(text + example, "swarm.profile=kilobot", "swarm.informed=0")
-        return
-    load(text + example)
+    load(whole(example))
+
+
+def whole(example: str) -> str:
+    """The example with the tables that a file needs besides."""
+    has = set(re.findall(r"^\[+(\w+)", example, re.MULTILINE))
+    left_out = {name: text for name, text in BEGINNING.items() if name not in has}
+    if "grid" in has:
+        del left_out["arena"]
+    if "robots" in has:
+        left_out.pop("swarm", None)
+    if example.startswith(("name", "duration_s")):
+        del left_out[""]
+        return example + "".join(left_out.values())
+    return "".join(left_out.values()) + example

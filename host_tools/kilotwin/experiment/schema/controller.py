@@ -41,9 +41,9 @@ class Controller(Section):
     k: Real
     """See a."""
     update_s: Period
-    """Between two tests of leaving."""
+    """From one test of leaving to the next."""
     straight_s: Period
-    """One leg of the random walk."""
+    """Duration of one leg of the random walk."""
     entry_s: Pause
     """How long it walks on into a site before it rests."""
     rho: Annotated[float, Field(ge=0, le=0.9999)]
@@ -51,15 +51,15 @@ class Controller(Section):
     turn_s_per_rad: Annotated[float, Field(ge=TICK_S, le=2147)]
     """How long this robot takes to turn by one radian."""
     control_step_s: Period
-    """Between two looks at the floor."""
+    """From one reading of the floor to the next."""
     neighbour_window_s: Window
     """How long neighbours are counted for one n."""
     neighbour_timeout_s: Window
-    """After how long a neighbour not received is forgotten; as the window if left out."""
+    """When a neighbour not received is forgotten; as the window if left out."""
     neighbour_capacity: Annotated[int, Field(ge=1, le=100)]
-    """How many neighbours are told apart."""
+    """How many neighbours are distinguished."""
     empty_windows: Annotated[int, Field(ge=1, le=255)]
-    """After so many windows without a neighbour n is 0."""
+    """Windows without a neighbour after which n is 0."""
     wall_ignore_s: Pause
     """How long the wall is ignored after leaving it."""
     leave_turn: bool
@@ -73,7 +73,7 @@ class Reading(Section):
     """
 
     signal_from: Literal["rest", "crossing"] = "rest"
-    """`simplified`: when a robot on a site begins to signal."""
+    """`simplified`: when a robot on a site starts to signal."""
     first_leave: Literal["next_step", "full_period"] = "next_step"
     """When it first tests whether to leave."""
     walk_out: Literal["walk", "rest"] = "walk"
@@ -89,11 +89,11 @@ class Reading(Section):
     firat_join: Literal["crossing", "first_update", "every_update"] = "crossing"
     """`firat`: when x is noted."""
     firat_signal_from: Literal["crossing", "rest"] = "crossing"
-    """`firat`: when an informed robot begins to signal."""
+    """`firat`: when an informed robot starts to signal."""
     start_on_site: Literal["entered", "must_leave"] = "entered"
-    """First state of a robot that begins on a site."""
+    """First state of a robot that starts on a site."""
     update_clock: Literal["own", "common"] = "own"
-    """Whether update periods begin with each robot's rest or at common times."""
+    """Whether update periods start with each robot's rest or at common times."""
     pushed_off: Literal["stay", "walk"]
     """Action of a robot at rest when it is pushed off its site; foot-bots never are."""
 

@@ -26,17 +26,17 @@ class EnvironmentTable(Section):
     program: Text
     """A class in a file: "pheromone.py:Pheromone"; see docs/environment.md."""
     settings: Annotated[dict[str, Any], AfterValidator(_plain)] = {}
-    """The program's own keys, handed to it as they are: [environment.settings]."""
+    """The program's own keys, passed to it unchanged: [environment.settings]."""
     picture_hz: Annotated[float, Field(gt=0, le=1 / TICK_S)] = 10.0
-    """How many pictures a second it is shown. ARK: each 100 ms (hardware.md 1.13)."""
+    """Pictures per second. ARK: one each 100 ms (hardware.md 1.13)."""
     delay_s: Annotated[float, Field(ge=0, le=10)] = 0.1
-    """From the moment of a picture until the program is shown it. A guess."""
+    """From a picture until the program gets it. A guess."""
     position_noise_m: Annotated[float, Field(ge=0, le=0.1)] = 0.001
-    """Error of a place in a picture, along x and along y: standard deviation. A guess."""
+    """Error of a position, along x and along y: standard deviation. A guess."""
     heading_noise_rad: Annotated[float, Field(ge=0, le=3.2)] = 0.1
     """Error of a heading: standard deviation. A guess."""
     missed: Share = 0.01
-    """Share of the robots that are not found in a picture. A guess."""
+    """Share of robots not found in a picture. A guess."""
     message_s: Annotated[float, Field(ge=0.035, le=1)] = 0.05
-    """For how long the overhead controller shines a message, for three robots, before the next.
-    ARK's 50 ms; a packet takes 34 ms on its line (hardware.md 1.13)."""
+    """How long the overhead controller transmits a message, with words for three robots. ARK: 50
+    ms; a packet takes 34 ms on its line (hardware.md 1.13)."""

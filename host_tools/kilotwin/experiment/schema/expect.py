@@ -41,36 +41,36 @@ class Expect(Section):
     """
 
     that: Condition | None = None
-    """A condition, as "resting.black >= 60": docs/testing.md. It must hold in each of the runs."""
+    """A condition, as "resting.black >= 60": docs/testing.md. It must hold in each run."""
     share: Condition | None = None
-    """The same, and the share of the runs in which it holds is judged."""
+    """The same; the share of runs in which it holds is judged."""
     at_least: Share | None = None
-    """share: contradicted by runs whose whole 95 % interval is below."""
+    """share: fails if the whole 95 % interval is below."""
     at_most: Share | None = None
-    """share: contradicted by runs whose whole 95 % interval is above."""
+    """share: fails if the whole 95 % interval is above."""
     runs: Runs | None = None
-    """How many runs, with seeds from `seed` on. Left out: 20 for a share; else one, or all that
-    there are for other expectations."""
+    """How many runs, with seeds from `seed` on. If left out: 20 for a share, else one, or all runs
+    of other expectations."""
     at_s: Seconds | None = None
-    """When it is looked at: the sample nearest to it. Without a time: at the end of the run."""
+    """When it must hold: at the nearest sample. Without any time: at the end of the run."""
     within_s: Seconds | None = None
     """It must hold at a sample of that time, from after_s on."""
     throughout_s: Seconds | None = None
     """It must hold at all samples of that time, from after_s on."""
     after_s: Seconds | None = None
-    """within_s, throughout_s: since when; 0 if left out."""
+    """within_s, throughout_s: from when; 0 if left out."""
     no_crash: bool | None = None
-    """Whether no program may crash, overflow its stack or compute for ever; true unless an expect
-    says false."""
+    """Whether a crash, a stack overflow or an endless computation fails; true unless an expect says
+    false."""
     no_busy_wait: bool | None = None
-    """Whether no program may stay busy for 10 s without coming back, as one that hangs; true unless
-    an expect says false."""
+    """Whether a program that is busy for 10 s without returning fails; true unless an expect says
+    false."""
     no_undefined: bool | None = None
-    """Whether no program may do what the C standard leaves undefined, where that is looked for
-    (--sanitize); true unless an expect says false."""
+    """Whether undefined behaviour fails, where `--sanitize` looks for it; true unless an expect
+    says false."""
     messages_per_robot_s: Bounds | None = None
-    """[least, most] messages a second of each robot, over the whole run; with the ideal medium the
-    mean of all robots."""
+    """[least, most] messages per second of each robot over the whole run; with the ideal medium,
+    the mean of all robots."""
 
     @property
     def kind(self) -> str:

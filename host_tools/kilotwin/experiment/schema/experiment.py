@@ -86,7 +86,7 @@ class Arena(Section):
     points_m: Outline | None = None
     """Corners [x, y] of a polygon, one after the other, in either order."""
     blocks_light: bool | None = None
-    """Whether the walls of a polygon stop light, where one comes between."""
+    """Whether the walls of a polygon stop light where one is between."""
 
 
 class Obstacle(Section):
@@ -95,10 +95,9 @@ class Obstacle(Section):
     shape: Shape = "circle"
     """Its shape."""
     centre_m: Point | None = None
-    """Where its middle is, [x, y]; of a polygon, where (0, 0) of its points is: [0, 0], if left
-    out."""
+    """Its middle, [x, y]; for a polygon, where (0, 0) of its points is. [0, 0] if left out."""
     heading_rad: Heading = 0.0
-    """Angle by which it is turned about there, counter-clockwise."""
+    """Its turn about that point, counter-clockwise."""
     diameter_m: Length | None = None
     """Diameter of a circle."""
     width_m: Length | None = None
@@ -108,7 +107,7 @@ class Obstacle(Section):
     points_m: Outline | None = None
     """Corners [x, y] of a polygon, one after the other, in either order."""
     blocks_light: bool
-    """Whether infrared messages and the light of lamps stop at it."""
+    """Whether it stops infrared messages and the light of lamps."""
 
 
 class Site(Section):
@@ -119,8 +118,7 @@ class Site(Section):
     shape: SiteShape = "circle"
     """Its shape; "picture" for one that `[floor.legend]` names, which needs no [[site]]."""
     centre_m: Point | None = None
-    """Where its middle is, [x, y]; of a polygon, where (0, 0) of its points is: [0, 0], if left
-    out."""
+    """Its middle, [x, y]; for a polygon, where (0, 0) of its points is. [0, 0] if left out."""
     diameter_m: Length | None = None
     """Diameter of a circle."""
     width_m: Length | None = None
@@ -132,7 +130,7 @@ class Site(Section):
     colour: Annotated[str, AfterValidator(_named_colour)] | None = None
     """In pictures: a colour's name or #rrggbb."""
     light: CellColour | None = None
-    """On a grid: the light of its cells. Left out: green, blue, yellow ... in turn."""
+    """On a grid: the light of its cells. If left out: green, blue, yellow ... in turn."""
 
 
 class Swarm(InformedShares):
@@ -150,8 +148,8 @@ class Swarm(InformedShares):
     """Processor of `program`, and of each `[[robots]]` that has a program and says nothing else:
     see `robots.cpu`."""
     runtime: Runtime
-    """Runtime of the robots whose program is C source: the published kilolib's traits, as labs'
-    robots have, or ours; see `robots.runtime`."""
+    """Runtime of robots built from C: `original` has the traits of the published kilolib,
+    `kilotwin` is ours; see `robots.runtime`."""
     wire: Text | None = None
     """A file that declares the parameters of the robots' program, for `[parameters]`."""
     lab: Text | None = None
@@ -159,9 +157,9 @@ class Swarm(InformedShares):
     floor: bool
     """Whether the virtual floor sends robots their site, walls and obstacles (message CELL)."""
     start: Literal["uniform"] = "uniform"
-    """Where robots without poses begin: anywhere, or anywhere in `start_in_m`."""
+    """Where robots without poses start: anywhere, or anywhere in `start_in_m`."""
     start_in_m: Rectangle | None = None
-    """Robots without poses begin in this rectangle: [left, bottom, right, top]."""
+    """Robots without poses start in this rectangle: [left, bottom, right, top]."""
 
 
 class Robots(Section):
@@ -177,23 +175,23 @@ class Robots(Section):
     """Processor of `program`: this computer; this computer by the robot's machine code, translated,
     with its cycles and its 16-bit `int`; or each robot's ATmega328P (`kilobot` medium only)."""
     runtime: Runtime | None = None
-    """`original`: RUN is seen when a blink ends, within 201 ms; after `get_voltage()` the next
-    distance is wrong; questions of ours are not answered. `kilotwin`: ours. As `swarm.runtime` if
-    left out, or ours beside our boot loader."""
+    """`original`: a robot acts on RUN when its blink ends, within 201 ms; after `get_voltage()` the
+    next distance is wrong; Kilotwin's own requests get no answer. `kilotwin`: ours. If left out: as
+    `swarm.runtime`, or ours beside our boot loader."""
     boot_loader: bool = False
-    """Whether their flash also holds Kilotwin's boot loader, so that they can be flashed over the
-    air; ATmega328P only."""
+    """Whether their flash also holds Kilotwin's boot loader, for flashing over the air; ATmega328P
+    only."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []
     """Macros for the compiler: "NAME", "NAME=value" or "NAME(a,b)=value"."""
     flavour: Literal["kilobot", "kilogrid"] | None = None
-    """API that it is written for: kilolib, or the Kilogrid's flavour of it with its helpers; as its
-    `.c` files look (`IR_message_t`, `kilogrid.h`, `kilob_*.h`) if left out."""
+    """API of the program: kilolib, or the Kilogrid's flavour of it with its helpers. If left out,
+    found from its `.c` files (`IR_message_t`, `kilogrid.h`, `kilob_*.h`)."""
     count: Count
     """How many robots run it."""
     poses: list[Pose] | None = None
-    """Where each of them begins, [x_m, y_m, heading_rad]; anywhere if left out."""
+    """Pose of each at the start, [x_m, y_m, heading_rad]; anywhere if left out."""
 
 
 class Motion(Section):
@@ -203,24 +201,23 @@ class Motion(Section):
     """
 
     speed_m_s: Annotated[float, Field(gt=0, le=1)]
-    """Both motors at their straight duties."""
+    """Speed with both motors at their straight duties."""
     turn_rad_s: Annotated[float, Field(gt=0, le=5)]
-    """One motor at its turn duty."""
+    """Turning speed with one motor at its turn duty."""
     mass_kg: Annotated[float, Field(ge=0.001, le=100)]
     """Mass of a robot. 10 g is what others simulate (hardware.md 2); the foot-bot's is a guess."""
     push_n: Annotated[float, Field(gt=0, le=1000)]
-    """The most that its drive pushes with, or the table's friction brakes with while its motors are
-    off. A guess."""
+    """Largest force of its drive, and of table friction while its motors are off. A guess."""
     kick_needed: bool
     """Whether a motor at rest needs 15 ms at full duty (`spinup_motors()`) to start."""
     gives_way: bool
-    """Whether a robot that stands can be pushed; if not, others meet it as they meet a wall."""
+    """Whether a standing robot can be pushed; if not, others meet it as a wall."""
     speed_spread: Spread
-    """Speed, from robot to robot: standard deviation, share of the speed."""
+    """Speed between robots: standard deviation, share of the speed."""
     bias_spread: Spread
-    """Each motor's speed: standard deviation over motors, share. Such a robot walks in a bend."""
+    """Speed between motors: standard deviation, share. Such a robot walks in a bend."""
     motor_noise: Spread
-    """Each motor's speed, from second to second: standard deviation, share."""
+    """Speed of a motor from second to second: standard deviation, share."""
 
 
 class Medium(Section):
@@ -229,33 +226,32 @@ class Medium(Section):
     kind: Literal["ideal", "kilobot"]
     """`ideal`: all in range receive everything. `kilobot`: the infrared of real robots."""
     range_m: Length
-    """How far a robot is received."""
+    """Distance up to which a robot is received."""
     range_spread: Spread | None = None
-    """The range, from robot to robot: standard deviation, share."""
+    """The range between robots: standard deviation, share."""
     loss: Share | None = None
-    """Share of the frames lost to nothing in particular, near the sender."""
+    """Share of frames lost by chance, near the sender."""
     loss_at_range: Share | None = None
-    """The same at the end of the range; in between it grows with the distance's 4th power."""
+    """The same at the end of the range; between, it grows with the distance's 4th power."""
     overhead_loss: Share | None = None
-    """Share of an overhead controller's frames lost to nothing in particular. Default: a guess."""
+    """Share of an overhead controller's frames lost by chance. A guess."""
     gain_noise_lsb: Annotated[float, Field(ge=0, le=100)] | None = None
-    """Noise of the two readings that a distance is estimated from: standard deviation."""
+    """Noise of the two readings from which a distance is estimated: standard deviation."""
     distance_error_mm: Annotated[float, Field(ge=0, le=20)] | None = None
-    """What a robot takes every distance to be more than it is, for its whole life: standard
-    deviation from robot to robot. With the default 95 of 100 are within 2 mm, as is published.
-    Robots whose tables a lab has measured have none."""
+    """A robot's constant error of all distances: standard deviation between robots. With the
+    default 95 of 100 are within 2 mm, as published. Robots with tables of a lab have none."""
     carrier_sense: bool | None = None
-    """Whether a robot that sees light puts off sending."""
+    """Whether a robot that sees light delays its frame."""
     collisions: bool | None = None
-    """Whether frames that overlap at a receiver spoil each other there."""
+    """Whether frames that overlap at a receiver are lost there."""
     half_duplex: bool | None = None
-    """Whether a robot that sends receives nothing."""
+    """Whether a robot receives nothing while it transmits."""
     held_busy: bool | None = None
-    """A test: a light that never goes out, so that no robot gets to send."""
+    """For tests: a light that never goes out, so that no robot transmits."""
     clock_spread: Annotated[float, Field(ge=0, le=0.05)] | None = None
-    """The oscillator's rate, from robot to robot: standard deviation, share."""
+    """The oscillator's rate between robots: standard deviation, share."""
     sensitivity_spread: Spread | None = None
-    """How strongly a receiver sees light, from robot to robot: standard deviation, share."""
+    """The receivers' sensitivity between robots: standard deviation, share."""
 
 
 class Source(Section):
@@ -264,9 +260,9 @@ class Source(Section):
     at_m: Point
     """The point below it, [x, y]."""
     peak: Reading10
-    """Its addition to the reading there."""
+    """What it adds to the reading there."""
     half_m: Length
-    """How far from there half of that is left."""
+    """Distance from there at which half of `peak` is left."""
 
 
 class Light(Section):
@@ -283,7 +279,7 @@ class Battery(Section):
     """Reading of `get_voltage()`."""
 
     hours: Annotated[float, Field(ge=0, le=1000)] = 0.0
-    """How long a full battery lasts a robot that drives; 0: it never drains."""
+    """How long a full battery lasts while the robot drives; 0: for ever."""
 
 
 class Command(Section):
@@ -293,15 +289,14 @@ class Command(Section):
     """
 
     at_s: Annotated[float, Field(ge=0, le=1e9)]
-    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
-    """
+    """Seconds from the start of the run; before its end, unless `--set` made the run shorter."""
     send: Sent
     """Which message; `pause` and `wakeup` are the same."""
     repeat_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
-    """For how long it is repeated, once a tick; 0: once. `wakeup` may need 48 s: docs/limits.md."""
+    """How long it is repeated, once a tick; 0: once. `wakeup` may need 48 s: docs/limits.md."""
     robot: Annotated[int, Field(ge=0, le=65534)] | None = None
-    """Only to the robot of this index, which has the uid index + 1 unless CALIB or `swarm.lab` gave
-    it another."""
+    """Only to the robot of this index. Its uid is index + 1, unless CALIB or `swarm.lab` changed
+    it."""
     uid_first: Uid | None = None
     """Only to robots from this uid on; 0 if left out."""
     uid_last: Uid | None = None
@@ -309,13 +304,13 @@ class Command(Section):
     centre_m: Point | None = None
     """Only to robots near this point, [x, y] ..."""
     within_m: Length | None = None
-    """... with centres not farther away than this."""
+    """... with centres at most this far away."""
     bit: Annotated[int, Field(ge=0, le=15)] | None = None
-    """readuid: which bit of its uid a robot shows; it turns left if the bit is set."""
+    """readuid: the bit of its uid that a robot shows; it turns left if the bit is set."""
     mode: Literal["save", "uid", "turn_left", "turn_right", "straight"] | None = None
-    """calib: show how the robot moves, or `save` what the message carries while it does."""
+    """calib: the motion to show, or `save` to keep the values of the message."""
     uid: Uid | None = None
-    """calib, save: the robot's uid from now on."""
+    """calib, save: the robot's new uid."""
     turn_left: Byte | None = None
     """calib: duty of the left motor in a left turn."""
     turn_right: Byte | None = None
@@ -327,7 +322,7 @@ class Command(Section):
     type: MessageType | None = None
     """user: the message's type."""
     data: MessageData | None = None
-    """user: the message's bytes, filled up with zeros."""
+    """user: the message's bytes, zeros after them."""
 
 
 class Engine(Section):

@@ -25,8 +25,7 @@ class GridChange(Section):
     """Changes of cells in mid-run. Modules that change are configured and started again."""
 
     at_s: Annotated[float, Field(gt=0, le=1e9)]
-    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
-    """
+    """Seconds from the start of the run; before its end, unless `--set` made the run shorter."""
     swap: Annotated[list[Text], Field(min_length=2, max_length=2)] | None = None
     """Two sites by name: the cells of each become the other's."""
     configuration: Text | None = None
@@ -37,19 +36,19 @@ class GridCells(Section):
     """The infrared between cells and robots, emulated, centre to centre; see docs/limits.md."""
 
     cell_range_m: Length = 0.036
-    """From how far a robot receives a cell."""
+    """Distance up to which a robot receives a cell."""
     robot_range_m: Length = 0.045
-    """From how far a cell receives a robot."""
+    """Distance up to which a cell receives a robot."""
     weak_share: Share = 0.0
     """Share of the time in which a robot is hardly received, in spells."""
     weak_range_m: Length = 0.01
-    """From how far a cell receives it meanwhile."""
+    """Distance up to which a cell receives it then."""
     weak_spell_s: Annotated[float, Field(ge=1, le=1e6)] = 120.0
-    """How long a spell is."""
+    """Length of a spell."""
     loss: Share = 0.05
-    """Share of the robots' frames lost at a cell to nothing in particular."""
+    """Share of robots' frames lost at a cell by chance."""
     clock_spread: Annotated[float, Field(ge=0, le=0.05)] = 0.0001
-    """The modules' oscillators' rate, from one to the next: standard deviation, share."""
+    """The oscillator's rate between modules: standard deviation, share."""
 
 
 class Grid(Section):
@@ -63,7 +62,7 @@ class Grid(Section):
     rows: Modules
     """Modules along y."""
     buses: Annotated[int, Field(ge=1, le=8)] = 4
-    """CAN buses; each has an equal share of the rows, and at most 112 modules."""
+    """CAN buses; each has an equal share of the rows, 112 modules at most."""
     program: Annotated[list[Text], Field(min_length=1), BeforeValidator(one_or_more)] = [
         "kilogrid_modules/sites"
     ]
@@ -73,41 +72,41 @@ class Grid(Section):
     cpu: Literal["native", "avr"] | None = None
     """Processor of `program`: this computer, or modules' ATmega328P (`kilobot` medium only)."""
     runtime: Runtime | None = None
-    """Runtime of `program`. `original`: what is known of the published one; requests for health,
-    questions to robots and their answers are the program's. `kilotwin`, if left out: ours."""
+    """Runtime of `program`. `original`: the known traits of the published one, whose programs get
+    health requests, questions to robots and their answers. `kilotwin`, if left out: ours."""
     boot_loader: bool = False
-    """Whether their flash also holds Kilotwin's boot loader, so that they can be flashed over CAN;
-    ATmega328P only."""
+    """Whether their flash also holds Kilotwin's boot loader, for flashing over CAN; ATmega328P
+    only."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []
     """Macros for the compiler: "NAME", "NAME=value" or "NAME(a,b)=value"."""
     configuration: Text | None = None
-    """A `.kconf` file for the modules, in place of what [[site]] and `wall_cells` make."""
+    """A `.kconf` file for the modules, in place of [[site]] and `wall_cells`."""
     wall_cells: Annotated[int, Field(ge=0, le=MOST_COLUMNS)] = 1
-    """How wide the ring of wall cells is along the edge."""
+    """Width of the ring of wall cells along the edge."""
     poll_s: Annotated[float, Field(ge=0.05, le=60)] = 0.4
-    """Between two polls of a module."""
+    """From one poll of a module to the next."""
     poll_window: Annotated[int, Field(ge=1, le=MOST_PER_BUS)] = 16
-    """How many modules of a bus may owe an answer at a time."""
+    """How many polls of a bus may be open at a time."""
     poll_timeout_s: Annotated[float, Field(ge=0.02, le=10)] = 0.4
-    """After how long an answer is late. With `poll_s` it is to be 1.2 s at most: that long a module
-    that was reset is silent, but what its controller kept for it is answered late: a reset is
-    then noticed only if that takes longer than this."""
+    """When an answer is late. Keep the sum with `poll_s` at 1.2 s or less: a reset module is silent
+    that long, then answers late what its controller kept; a reset is noticed only if that takes
+    longer than this."""
     pace_s: Annotated[float, Field(ge=0.0005, le=0.1)] = 0.001
-    """Between two frames of the host on a bus that may be for the same module."""
+    """From one frame of the host to the next that may be for the same module."""
     report_s: Annotated[float, Field(ge=0, le=2147)] = 2.0
-    """Between two reports of a robot with `firmware/aggregation`, 0: none. No other obeys."""
+    """From one report of a robot to the next; 0: none. Only `firmware/aggregation` obeys."""
     hold_s: Annotated[float, Field(ge=0.1, le=60)] = 2.0
     """How long modules repeat each message for robots before the run."""
     rounds: Annotated[int, Field(ge=1, le=10)] = 2
-    """How many times all these messages are sent."""
+    """How often all these messages are sent."""
     health: bool = False
-    """Whether a module's health is requested after the set-up and when it was late. Ours answer;
-    original ones are judged by their answers to polls."""
+    """Whether the host requests health after set-up and after a late answer. Ours answer; original
+    modules are judged by their answers to polls."""
     kilobot_ids: Text | None = None
-    """A file with a serial and an id per robot, for the `.kilodat`; the first line may be a header.
-    """
+    """A file with a serial and an id per robot, for the `.kilodat`; its first line may be a
+    header."""
     cells: GridCells = GridCells.model_construct()
     change: list[GridChange] = []
 
@@ -116,10 +115,10 @@ class ModuleFault(Section):
     """The fault of a module."""
 
     at_s: Annotated[float, Field(ge=0, le=1e9)]
-    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
-    """
+    """Seconds from the start of the run; before its end, unless `--set` made the run shorter."""
     kind: FaultKind
-    """It goes silent; it loses power for a moment; its CAN controller goes off, or comes back."""
+    """`dead`: it goes silent. `reset`: it loses power for a moment. `bus_off`, `recover`: its CAN
+    controller goes off, comes back."""
     module: Module
     """Which: [column, row]."""
 
@@ -128,7 +127,7 @@ class HostFault(Section):
     """The host is gone for a while: it neither sends nor receives."""
 
     from_s: Annotated[float, Field(ge=0, le=1e9)]
-    """Since when, in seconds from the begin of the run; before its end."""
+    """From when, in seconds from the start of the run; before its end."""
     until_s: Annotated[float, Field(ge=0, le=1e9)]
     """Until when; that may be after the end."""
 
@@ -137,7 +136,7 @@ class Faults(Section):
     """Faults of an emulated grid."""
 
     error_share: Annotated[float, Field(ge=0, le=0.5)] = 0.0
-    """Share of the CAN frames that an error hits; they are sent again."""
+    """Share of CAN frames that an error destroys; they are sent again."""
     module: list[ModuleFault] = []
     host: list[HostFault] = []
 

@@ -56,17 +56,17 @@ BUILTINS: dict[str, Builtin] = {
     "order": Builtin("share", "length of the mean heading: 1 if all face one way", (), CHOICE),
     "coverage": Builtin(
         "share",
-        "squares of the arena, cell_m wide, in which a robot has been at a sample so far",
+        "squares of the arena, cell_m wide, in which a robot was at any sample until then",
         ("cell_m",),
         CHOICE,
     ),
     "object_distance": Builtin("m", "from an object to goal_m", ("goal_m",), ("object",)),
-    "messages": Builtin("messages", "messages sent so far, per robot"),
+    "messages": Builtin("messages", "messages sent since the start, per robot"),
     "message_rate": Builtin("1/s", "messages sent per robot and second, since the last sample"),
     "survival": Builtin("share", "robots whose program runs, as a share of all"),
     "first_time": Builtin(
         "s",
-        "when another metric first was at_least or at_most so much",
+        "when another metric first reached at_least or at_most",
         ("metric",),
         ("at_least", "at_most"),
     ),
@@ -79,7 +79,7 @@ class Region(Section):
     shape: Shape = "circle"
     """Its shape."""
     centre_m: Point | None = None
-    """Where its middle is, [x, y]; of a polygon, where (0, 0) of its points is."""
+    """Its middle, [x, y]; for a polygon, where (0, 0) of its points is."""
     diameter_m: Length | None = None
     """Diameter of a circle."""
     width_m: Length | None = None
@@ -94,28 +94,28 @@ class Metric(Section):
     """A number that is measured, by one of `builtin`, `function` and `variable`."""
 
     builtin: BuiltinName | None = None
-    """One that Kilotwin has; docs/metrics.md says what each is, and which keys it takes."""
+    """A metric of Kilotwin's own: docs/metrics.md has each with its keys."""
     function: Text | None = None
-    """A Python function in a file: "analysis.py:spread"; it is called as spread(sample)."""
+    """A Python function in a file, as "analysis.py:spread", called as spread(sample)."""
     variable: Text | None = None
     """A variable of the robots' program: "hops", "file.c:hops", "me.hops" or "table[2]"."""
     unit: Text | None = None
     """For axes and tables; a built-in has its own."""
     meaning: Text | None = None
-    """In a few words, for axes and tables; a built-in has its own."""
+    """For axes and tables; a built-in has its own."""
     when: Literal["samples", "end"] = "samples"
     """At each sample, or at the end of the run alone."""
     of: Literal["mean", "sum", "least", "most"] = "mean"
-    """variable: what is made of the robots' values."""
+    """variable: how the robots' values are combined."""
     per_robot: bool = False
-    """variable: whether each robot's value is kept too, in the table `robots`."""
+    """variable: whether the table `robots` keeps each robot's value too."""
     state: Text | None = None
     """Only robots in this state, as [states] calls it."""
     site: Text | None = None
     """Only robots on this site."""
     region: Region | None = None
     within_m: Length | None = None
-    """clusters, largest_cluster: how far apart neighbours of one cluster are at most."""
+    """clusters, largest_cluster: largest gap between neighbours of one cluster."""
     cell_m: Annotated[float, Field(ge=0.001, le=1000)] | None = None
     """coverage: the side of a square."""
     object: Annotated[int, Field(ge=0, le=999)] | None = None

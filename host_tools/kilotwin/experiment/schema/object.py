@@ -27,9 +27,9 @@ class ObjectPart(Section):
     shape: Shape = "circle"
     """Its shape."""
     centre_m: Point = [0.0, 0.0]
-    """Where its middle is on the object, [x, y]; of a polygon, where (0, 0) of its points is."""
+    """Its middle on the object, [x, y]; for a polygon, where (0, 0) of its points is."""
     heading_rad: Heading = 0.0
-    """Angle by which it is turned about there, counter-clockwise."""
+    """Its turn about that point, counter-clockwise."""
     diameter_m: Length | None = None
     """Diameter of a circle."""
     width_m: Length | None = None
@@ -46,16 +46,16 @@ class BeaconTable(Section):
     type: MessageType = 0
     """The message's type."""
     data: MessageData = []
-    """The message's bytes, filled up with zeros."""
+    """The message's bytes, zeros after them."""
     period_s: Period = 0.5
-    """From one message to the next; a robot's is 0.5. It listens before it sends, as robots do."""
+    """From one message to the next; a robot's is 0.5. It has carrier sense, as robots do."""
 
 
 class PushedObject(Section):
     """Something rigid on the table that robots push. It stops neither infrared nor light."""
 
     shape: Literal["circle", "rectangle", "polygon", "joined"] = "circle"
-    """Its shape; "joined" for several parts, as [[object.part]] tables."""
+    """Its shape; "joined" for several [[object.part]] tables."""
     diameter_m: Length | None = None
     """Diameter of a circle."""
     width_m: Length | None = None
@@ -66,14 +66,14 @@ class PushedObject(Section):
     """Corners [x, y] of a polygon, one after the other, in either order."""
     part: Annotated[list[ObjectPart], Field(max_length=100)] = []
     pose: Pose | None = None
-    """Where it begins, [x_m, y_m, heading_rad]: of its middle, or of (0, 0) of its points or parts.
-    Anywhere where there is room, turned anyhow, if left out."""
+    """Its pose at the start, [x_m, y_m, heading_rad], of its middle or of (0, 0) of its points or
+    parts. If left out, the seed draws a free place and a heading."""
     mass_kg: Mass
     """Its mass, spread evenly over its area."""
     friction: Friction = 0.3
-    """With the table, against sliding: share of its weight. Default: a guess, as for paper."""
+    """Against sliding on the table: share of its weight. The default is a guess, as for paper."""
     turning_friction: Friction | None = None
-    """The same against turning; as `friction` if left out."""
+    """Against turning on the table; as `friction` if left out."""
     robot_friction: Friction = 0.3
-    """With robots and walls; between two objects the product of both over 0.3. Default: a guess."""
+    """With robots and walls; between two objects, the product of both over 0.3. A guess."""
     beacon: BeaconTable | None = None

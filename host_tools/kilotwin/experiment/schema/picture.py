@@ -27,7 +27,7 @@ class FloorTable(Section):
     width_m: Length
     """Its width on the floor; its height follows, pixels are square."""
     centre_m: Point = [0.0, 0.0]
-    """Where its middle is, [x, y]."""
+    """Its middle, [x, y]."""
     legend: Annotated[dict[Colour, Annotated[str, Field(max_length=200)]], Field(min_length=1)]
     """Names of sites by colour, as "#d62728" = "nest"; "" for floor without a site."""
 
@@ -40,6 +40,6 @@ class LightPicture(Section):
     width_m: Length
     """Its width on the floor; its height follows, pixels are square."""
     centre_m: Point = [0.0, 0.0]
-    """Where its middle is, [x, y]."""
+    """Its middle, [x, y]."""
     white: Annotated[Reading10, Field(gt=0)] = 1023.0
     """The reading that white adds."""

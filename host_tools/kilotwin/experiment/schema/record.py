@@ -32,36 +32,35 @@ class Record(Section):
     """
 
     sample_s: Interval = 10.0
-    """Seconds from one record to the next. Each comes at the end of a world step
-    (engine.step_ticks), so that they come no oftener than these. Begin and end are always
-    recorded."""
+    """Seconds from one sample to the next. Samples are at ends of world steps (engine.step_ticks),
+    so never more frequent than these. Start and end are always recorded."""
     robots_s: Interval | None = None
-    """The same of the rows of `robots`, a multiple of sample_s, which counts, objects and metrics
-    keep; as sample_s if left out."""
+    """The same for rows of `robots`: a multiple of sample_s, which counts, objects and metrics
+    keep. As sample_s if left out."""
     columns: Columns | None = None
-    """Columns of `robots`, besides tick, time_s, robot and metrics: x_m, y_m, heading_rad, led,
+    """Columns of `robots` besides tick, time_s, robot and metrics: x_m, y_m, heading_rad, led,
     state, site; all if left out."""
     also: Annotated[list[Extra], Field(max_length=4)] | None = None
-    """Columns of `robots` besides: motors (left_duty, right_duty, 0 to 255), battery (a reading, as
-    get_voltage() returns it), messages (sent and received so far). Null for real robots, of which
-    the host does not know them. modules, on an emulated grid: a table `modules` with the state and
-    the error counters of each at each sample."""
+    """More columns of `robots`: motors (left_duty, right_duty, 0 to 255), battery (a reading of
+    get_voltage()), messages (sent and received since the start). Null for real robots. modules, on
+    an emulated grid: a table `modules` with each one's state and error counters at each sample."""
     robots: list[Index] | None = None
-    """Indices of the robots that have rows in `robots`; all if left out. Counts and metrics are of
-    all robots."""
+    """Indices of robots with rows in `robots`; all if left out. Counts and metrics are of all
+    robots."""
     robots_count: Annotated[int, Field(ge=0, le=1_000_000)] | None = None
-    """In place of `robots`: how many, spread evenly over the indices; all, if there are fewer."""
+    """In place of `robots`: their number, spread evenly over the indices; all if there are
+    fewer."""
     robots_share: Share | None = None
-    """In place of `robots`: which share of them, spread evenly."""
+    """In place of `robots`: their share, spread evenly."""
     precision_m: Annotated[float, Field(ge=1e-6, le=1)] | None = None
-    """Step to which positions in `robots` are rounded, to a power of two below it; headings so that
-    a robot's rim is as exact. As the engine has them (float32), if left out."""
+    """Step of positions in `robots`, rounded to the power of two below; headings are such that a
+    robot's rim is as exact. If left out: as the engine has them (float32)."""
     can_log: bool = True
-    """On a grid: whether every CAN frame is kept in can.log."""
+    """On a grid: whether can.log keeps every CAN frame."""
     prints_per_robot: Annotated[int, Field(ge=0)] = 100_000
-    """Prints of a robot, or of a module, that are kept; how many more there were is said."""
+    """Prints kept of a robot or module; further ones are counted."""
     prints: Annotated[int, Field(ge=0)] = 1_000_000
-    """Prints of a run that are kept."""
+    """Prints kept of a run."""
 
     @property
     def robots_every(self) -> int:

@@ -15,8 +15,7 @@ class Step(Section):
     """
 
     at_s: Annotated[float, Field(ge=0, le=1e9)]
-    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
-    """
+    """Seconds from the start of the run; before its end, unless `--set` made the run shorter."""
     ambient: Reading10 | None = None
     """`light.ambient` from then on."""
     lamp: Annotated[int, Field(ge=0, le=9999)] | None = None
