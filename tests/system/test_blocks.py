@@ -26,6 +26,7 @@ RUN_ELSEWHERE = {
     "docs/experiments.md": "tests/unit/experiment/test_docs.py",
     "docs/metrics.md": "tests/system/test_metrics.py",
     "docs/parameters.md": "tests/system/test_parameters.py",
+    "docs/porting.md": "tests/port/test_findings_page.py",
     "docs/python_api.md": "tests/unit/runs/test_world.py",
     "docs/testing.md": "tests/unit/testing/test_plugin.py",
 }

@@ -35,6 +35,8 @@ _CONSEQUENCES = (
     # It does the same, later.
     ("differs-in-time",),
 )
+CHECKS = tuple(check for checks in _CONSEQUENCES for check in checks)
+"""Every finding that can be printed, the worst first; docs/porting.md has a section for each."""
 _SHOWN = 8
 
 

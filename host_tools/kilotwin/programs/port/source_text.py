@@ -55,18 +55,18 @@ def ticks(lines: Sequence[Line]) -> Iterator[Finding]:
             yield Finding(
                 "tick-modulo",
                 Weight.WARNS,
-                "kilo_ticks % N stays what it is for a whole tick, and loop() comes by thousands "
-                "of times in it",
-                "note the tick at which it is due next: if (kilo_ticks >= next) { next += N; ... }",
+                "kilo_ticks % N keeps its value for a whole tick, in which loop() runs thousands "
+                "of times",
+                "keep the tick at which it is due next: if (kilo_ticks >= next) { next += N; ... }",
                 line.place,
             )
         elif _EQUAL.search(line.text) and "while" not in line.text:
             yield Finding(
                 "tick-equal",
                 Weight.WARNS,
-                "kilo_ticks may go by this very value while a callback or delay() takes its time, "
-                "and keeps it for thousands of rounds of loop()",
-                "ask for >= and note that it is done",
+                "kilo_ticks may pass this value during a callback or delay(), and keeps it for "
+                "thousands of passes of loop()",
+                "compare with >=, and note that it is done",
                 line.place,
             )
 
@@ -132,8 +132,8 @@ def checksum(lines: Sequence[Line], roles: Roles) -> Iterator[Finding]:
         yield Finding(
             "no-crc",
             Weight.FAILS,
-            f"what {name}() sends has no checksum: message_crc() is never called, and nobody takes "
-            "such a message",
+            f"what {name}() sends has no checksum: message_crc() is never called, and robots "
+            "drop such a message",
             "set message.crc = message_crc(&message) after every change of the message",
             place,
         )

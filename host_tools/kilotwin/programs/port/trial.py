@@ -128,7 +128,7 @@ class Outcome:
         where = f" ({self.stack_place.file}:{self.stack_place.line})" if self.stack_place else ""
         ran = f"{self.ticks * TICK_S:.1f} s on the robot and here"
         heap = f", with {self.heap_bytes:,} taken by malloc()" if self.heap_bytes else ""
-        yield f"  ran    {ran}, {self.heard:,} messages heard"
+        yield f"  ran    {ran}, {self.heard:,} messages received"
         yield (
             f"  stack  {self.stack_bytes:,} bytes at its deepest, in {self.stack_in}(){where}; "
             f"{self.room_bytes:,} were left{heap}"
@@ -275,7 +275,7 @@ def _time(outcome: Outcome) -> Iterator[Finding]:
             "long-callback",
             Weight.WARNS,
             f"{call.function}() took {call.ms:.0f} ms, in which the robot's clock stands and "
-            f"nothing is heard; {outcome.ticks_lost:,} of {outcome.ticks:,} ticks were lost",
+            f"no message is received; {outcome.ticks_lost:,} of {outcome.ticks:,} ticks were lost",
             "note in the callback what has come, and do the work in loop()",
             call.place,
         )
