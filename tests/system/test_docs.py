@@ -17,7 +17,7 @@ from .conftest import ROOT, SIMPLIFIED, Kilotwin, block
 
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
-LAB = ROOT / "docs/lab.md"
+LAB_TESTS = ROOT / "docs/maintaining.md"
 HARDWARE = re.compile(r"test_(\d\d)_")
 
 
@@ -109,14 +109,14 @@ def test_most_documents_show_commands() -> None:
     assert sum(len(commands_in(document)) for document in DOCUMENTS) > 250
 
 
-def test_the_lab_book_lists_every_hardware_test_and_what_it_proves() -> None:
+def test_the_page_of_maintainers_lists_every_hardware_test_and_what_it_proves() -> None:
     proofs = {}
     for file in sorted((ROOT / "tests/hardware").glob("test_*.py")):
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.FunctionDef) and (number := HARDWARE.match(node.name)):
                 assert number[1] not in proofs, "numbers are given once"
                 proofs[number[1]] = ast.get_docstring(node)
-    rows = re.findall(r"^\| (\d\d) \| (.*?) \| .* \|$", LAB.read_text(), re.MULTILINE)
+    rows = re.findall(r"^\| (\d\d) \| (.*?) \| .* \|$", LAB_TESTS.read_text(), re.MULTILINE)
     assert dict(rows) == proofs
 
 
@@ -126,7 +126,7 @@ def test_hardware_tests_are_left_out_unless_they_are_wanted() -> None:
         run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
         return run.stdout.splitlines()[-1]
 
-    tests = len(re.findall(r"^\| \d\d \| ", LAB.read_text(), re.MULTILINE))
+    tests = len(re.findall(r"^\| \d\d \| ", LAB_TESTS.read_text(), re.MULTILINE))
     assert collected().startswith(f"no tests collected ({tests} deselected)")
     assert collected("--hardware").startswith(f"{tests} tests collected")
 
