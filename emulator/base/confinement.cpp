@@ -33,7 +33,7 @@ void check(bool done, const char *what) {
 /// A confined worker that has yet to load its guests.
 struct Loader {
     uint64_t memory_bytes;
-    bool sockets;
+    bool sockets, loads_later;
     std::ifstream status;  ///< opened before Landlock shuts it, as is the group
     std::ofstream group;
 };
@@ -75,13 +75,17 @@ std::vector<std::string> confine(const Confinement &wanted, const SystemCallFilt
 }  // namespace
 
 std::vector<std::string> confine_worker(const Confinement &wanted) {
-    loader = {wanted.memory_bytes, wanted.sockets, std::ifstream("/proc/self/status"), {}};
+    loader = {wanted.memory_bytes,
+              wanted.sockets,
+              wanted.loads_later,
+              std::ifstream("/proc/self/status"),
+              {}};
     if (!wanted.memory_group.empty()) loader->group.open(wanted.memory_group);
     return confine(wanted, SystemCallFilter::of_loader(wanted.sockets));
 }
 
 void close_worker() {
-    if (!loader) return;
+    if (!loader || loader->loads_later) return;
     Loader last = *std::exchange(loader, std::nullopt);
     if (last.memory_bytes > 0) {
         const MemoryNow now = memory_now(last.status);
@@ -90,6 +94,10 @@ void close_worker() {
     }
     if (last.group.is_open()) last.group << "0" << std::flush;
     if (SystemCallFilter::is_there()) SystemCallFilter::of_worker(last.sockets).install();
+}
+
+void end_loading() {
+    if (loader) loader->loads_later = false;
 }
 
 std::vector<std::string> confine_compiler(const Confinement &wanted) {

@@ -25,6 +25,9 @@ struct Confinement {
     std::string memory_group = {};
     /// Takes connections, sends and receives by sockets that it has open.
     bool sockets = false;
+    /// close_worker() waits for end_loading(): of a worker that runs no native guest, and maps
+    /// faster code of its translations when that is there.
+    bool loads_later = false;
 };
 
 /// More than our largest programs take several times over.
@@ -33,14 +36,17 @@ constexpr uint64_t COMPILER_MEMORY_BYTES = uint64_t{3} << 30, COMPILER_FILE_BYTE
 
 /// Confines this process, which must have one thread: threads that it has already keep their files.
 /// A system call that is not left fails with EPERM; made by a guest it ends the guest's call
-/// (guest/stack.h). Guests are loaded behind it, so it still maps code of files that it may read,
+/// (robots/native/stack.h). Guests are loaded behind it, so it still maps code of files that it may read,
 /// until close_worker(). Takes some milliseconds. Returns the layers that the kernel lacks, each as
 /// a clause; empty: all is as said. EngineError if the kernel has a layer and refuses it.
 std::vector<std::string> confine_worker(const Confinement &wanted);
 
 /// Takes what a confined worker has for loading guests alone, and limits its memory; called before
-/// the first guest runs (guest/stack.h). Nothing happens where it is not confined, or closed.
+/// the first guest runs (robots/native/stack.h). Nothing happens where it is not confined, or closed.
 void close_worker();
+
+/// Nothing is loaded any more: the next close_worker() closes.
+void end_loading();
 
 /// The same for a process that is about to execute a compiler: it may start programs, and is not
 /// kept from system calls but those that reach other processes or the network. Each process of it

@@ -11,7 +11,7 @@
 namespace kilotwin {
 
 /// Programs of the kernel's filter machine for x86-64. Calls that are not allowed raise SIGSYS, so
-/// that a handler decides (guest/stack.h), as do those of 32-bit code.
+/// that a handler decides (robots/native/stack.h), as do those of 32-bit code.
 ///
 /// The kernel asks every filter that a process has, and takes the strictest answer: what one has
 /// refused no later one can allow. A filter sees the numbers that a call is made with, and not

@@ -7,6 +7,7 @@
 #include "base/parent_death.h"
 #include "base/reference_loop.h"
 #include "robots/native/stack.h"
+#include "robots/translated/program.h"
 
 namespace nb = nanobind;
 
@@ -16,7 +17,8 @@ namespace {
 
 std::vector<std::string> confine(std::vector<std::string> readable,
                                  std::vector<std::string> writable, uint64_t memory_bytes,
-                                 uint64_t file_bytes, std::string memory_group, bool sockets) {
+                                 uint64_t file_bytes, std::string memory_group, bool sockets,
+                                 bool loads_later) {
     // Its timers and handlers cannot be made later.
     GuestStack::instance().serve_this_thread();
     GuestStack::instance().attend_system_calls();
@@ -28,7 +30,8 @@ std::vector<std::string> confine(std::vector<std::string> readable,
                            memory_bytes,
                            file_bytes,
                            std::move(memory_group),
-                           sockets});
+                           sockets,
+                           loads_later});
 }
 
 }  // namespace
@@ -38,9 +41,12 @@ void register_process(nb::module_ &m) {
           "Has this process killed so many seconds after the process `parent`, its parent, ends.");
     m.def("confine", &confine, nb::kw_only(), nb::arg("readable"), nb::arg("writable"),
           nb::arg("memory_bytes"), nb::arg("file_bytes"), nb::arg("memory_group"),
-          nb::arg("sockets"),
+          nb::arg("sockets"), nb::arg("loads_later"),
           "Leaves this process, for good, these files and folders and what it has open; returns "
           "the layers that the kernel lacks.");
+    m.def("end_loading", &end_loading, "No faster code comes any more; see base/confinement.h.");
+    m.def("take_over", &TranslatedProgram::take_over, nb::arg("path"), nb::arg("faster"),
+          "Executes a loaded translation by faster code from now on; see robots/translated/program.h.");
     m.def("lacking_layers", &lacking_layers, "Layers of confine() that this kernel lacks.");
     m.def("reference_loop_s", &reference_loop_s, "CPU time of a loop that never changes, in s.");
 }

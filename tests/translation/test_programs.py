@@ -49,7 +49,7 @@ def images(program: Path) -> tuple[Path, Path]:
     image = build_image(find_program([str(program)], ROOT, [], [])).hex
     code = translation.translated(image)
     assert code is not None
-    return image, code
+    return image, code.file
 
 
 class Pair:
@@ -134,7 +134,7 @@ def test_sleep_resets_and_a_boot_loader_go_as_on_an_interpreted_chip(seed: int) 
     code = translation.translated(image)
     assert code is not None
     names = ["RUN", "SLEEP", "WAKEUP", "RESET", "BOOT", "BOOT", "BOOTPGM_PAGE", "BOOTPGM_SIZE"]
-    pair = Pair(image, code, seed, skips=False, types=[command(name) for name in names])
+    pair = Pair(image, code.file, seed, skips=False, types=[command(name) for name in names])
     check_at_any_moment(pair, SHORT_TICKS)
     assert pair.chips[0].outputs[0] > 10
 
@@ -147,7 +147,7 @@ def test_code_that_the_program_has_overwritten_is_not_what_was_translated(tmp_pa
     subprocess.run([*command, str(OWN / "writes_itself.c")], check=True)
     code = translation.translated(elf)
     assert code is not None
-    chips = [RobotChip(str(file), seed=1, skips=False, boots=True) for file in (elf, code)]
+    chips = [RobotChip(str(file), seed=1, skips=False, boots=True) for file in (elf, code.file)]
     for at in range(TICK // 16, 40 * TICK, TICK // 16):
         for chip in chips:
             chip.run(at)

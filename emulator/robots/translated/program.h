@@ -18,6 +18,11 @@ class TranslatedProgram {
     /// process. Throws EngineError if it cannot be loaded, or was made for another engine.
     static TranslatedProgram &load(const std::string &path, const std::string &name);
 
+    /// Has the translation that is loaded from `path` executed by the code at `faster` from now on:
+    /// the same one by another compiler, so that robots' images and known passes stay. Between two
+    /// steps. Throws EngineError if nothing is loaded from there, or it is not the same.
+    static void take_over(const std::string &path, const std::string &faster);
+
     TranslatedProgram(const TranslatedProgram &) = delete;
     TranslatedProgram &operator=(const TranslatedProgram &) = delete;
 

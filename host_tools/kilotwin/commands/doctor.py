@@ -62,6 +62,7 @@ def examine() -> list[Finding]:
         _confinement,
         _cores,
         _avr_compiler,
+        _quick_compiler,
         _avrdude,
         _socketcan,
         _serial_ports,
@@ -135,6 +136,13 @@ def _avr_compiler() -> Finding:
         [compiler, "-dumpversion"], capture_output=True, text=True, check=False
     )
     return Finding(what, f"{version.stdout.strip()} ({compiler})", needed=False)
+
+
+def _quick_compiler() -> Finding:
+    what = "tcc, for translated programs at once"
+    found = shutil.which("tcc")
+    remedy = "" if found else "apt-get install tcc"
+    return Finding(what, found or "not here, gcc takes its place", remedy, needed=False)
 
 
 def _avrdude() -> Finding:

@@ -23,10 +23,11 @@ def confine_process(
     writable: Iterable[Path] = (),
     most_written: int = 0,
     sockets: bool = False,
+    loads_later: bool = False,
 ) -> list[str]:
     """Leaves this process these files and folders, Python, for what it imports late, and our own
-    package. No file of its grows beyond `most_written` bytes and a gigabyte. Returns the layers
-    that the kernel lacks.
+    package. No file of its grows beyond `most_written` bytes and a gigabyte. `loads_later`: it
+    may map code until _emulator.end_loading(). Returns the layers that the kernel lacks.
     """
     memory_bytes = _MEMORY_BYTES + _MEMORY_PER_ROBOT_BYTES * robots
     return _emulator.confine(
@@ -36,6 +37,7 @@ def confine_process(
         file_bytes=FILE_BYTES + most_written,
         memory_group=memory_group.make(memory_bytes),
         sockets=sockets,
+        loads_later=loads_later,
     )
 
 

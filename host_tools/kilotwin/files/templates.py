@@ -15,7 +15,7 @@ KINDS = {
     "grid": {"PROGRAM": "robot.c", "BUDGET": "--flash 10000"},
 }
 """Words of each kind's files, beside those of all."""
-PACKAGES = ("gcc", "gcc-avr", "avr-libc", "binutils-avr")
+PACKAGES = ("gcc", "gcc-avr", "avr-libc", "binutils-avr", "tcc")
 """Of Debian: what programs are built with."""
 PACKAGES_TO_COMPILE = ("g++", "libeigen3-dev", "librandom123-dev", "libsimavr-dev")
 """What pip compiles Kilotwin with, beside CMake and ninja, which it brings."""

@@ -20,16 +20,18 @@ def build_group(
     *,
     covered: bool = False,
     sanitized: bool = False,
+    at_once: bool = True,
 ) -> Guest:
     """The file that the engine loads. An image that came built is taken as it is. `covered`: a
-    program marks what runs. `sanitized`: a native one looks for undefined behaviour.
+    program marks what runs. `sanitized`: a native one looks for undefined behaviour. `at_once`: of
+    a translation, what is compiled in a moment will do (translate/translation.py).
 
     Of an image, that is its translation unless the group is interpreted, or cannot be translated.
     """
     if group.translated:
         from kilotwin.programs.translate.translation import translated_guest
 
-        return translated_guest(group.program, notify, covered=covered)
+        return translated_guest(group.program, notify, covered=covered, at_once=at_once)
     if not group.on_board:
         flags = sanitizer.flags() if sanitized else ()
         return build(group.program, notify, flags, covered=covered)
@@ -38,8 +40,10 @@ def build_group(
     if not group.interpreted:
         from kilotwin.programs.translate.translation import translated
 
-        code = translated(guest.file, notify)
-    return guest if code is None else replace(guest, file=code)
+        code = translated(guest.file, notify, at_once=at_once)
+    if code is None:
+        return guest
+    return replace(guest, file=code.file, optimised=code.optimised)
 
 
 def build_all(

@@ -48,8 +48,9 @@ def confine_worker(job: Job) -> dict[str, Any]:
         missing.append("threads that were there before keep their files")
     confine_process(
         job.experiment.size,
-        readable=map(Path, job.all_guests),
+        readable=[*map(Path, job.all_guests), *(Path(faster).parent for _, faster in job.faster)],
         writable=[job.folder, *_black_box_of(job)],
+        loads_later=bool(job.faster),
         most_written=_most_written(job),
         sockets=job.serving is not None or job.probes.gdb is not None,
     )

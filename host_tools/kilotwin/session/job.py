@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.session.acts import Act
+from kilotwin.session.faster_code import Files
 
 if TYPE_CHECKING:
     from kilotwin.table.environment.poses import Address
@@ -91,6 +92,8 @@ class Job:
     """Metrics' functions are called by the parent, whose answers come on stdin."""
     acts: tuple[Act, ...] = ()
     """Acts in the run that this one repeats."""
+    faster: tuple[Files, ...] = ()
+    """Code that is made beside the run, and taken over when it is there."""
     live: int | None = None
     """The worker's end of the socket to a viewer, inherited; see session/live_link.py."""
 

@@ -9,6 +9,7 @@ import shutil
 import signal
 import tempfile
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -33,6 +34,7 @@ from kilotwin.programs.coverage.marks import Marks, understood
 from kilotwin.programs.group import build_all, symbols_of
 from kilotwin.programs.native.guest import Guest
 from kilotwin.programs.port.twin import Mode, Twins, native_kilobots
+from kilotwin.programs.translate.optimiser import Optimiser
 from kilotwin.runs.folder import (
     FAILED,
     INTERRUPTED,
@@ -48,9 +50,11 @@ from kilotwin.session.acts import Act
 from kilotwin.session.black_box import LOOK_S, BlackBox, Watch
 from kilotwin.session.confined_worker import growth_of, unconfined_because
 from kilotwin.session.display import Display, Window
+from kilotwin.session.faster_code import expected, runs_native_code
 from kilotwin.session.job import Job, Probes, Serving
 from kilotwin.session.worker_process import WorkerProcess, start_worker
 from kilotwin.table.ports.pseudo_terminal import remove_dead
+from kilotwin.units import ticks
 
 # Kinds of reports, and what each has.
 _REPORTS: dict[str, dict[str, type]] = {
@@ -126,7 +130,7 @@ def run(
     functions = LocalFunctions(experiment) if experiment.functions else None
     manifest = new_manifest(experiment, built, command_line)
     twins = Twins(native_kilobots(experiment, guests), twin, display.note)
-    with BlackBox.made() as black_box:
+    with BlackBox.made() as black_box, Optimiser(built) as optimiser:
         files = [str(guest.file) for guest in guests]
         module_file = None if modules is None else str(modules.file)
         job = Job(
@@ -142,10 +146,11 @@ def run(
             symbols=symbols_of(guests, modules),
             functions_outside=functions is not None,
             acts=acts,
+            faster=() if runs_native_code(experiment) else expected(experiment, guests),
             live=None if window is None else window.run_end,
         )
         try:
-            outcome = _Child(job, display, timeout_s, functions, window).wait()
+            outcome = _Child(job, display, timeout_s, functions, window, optimiser=optimiser).wait()
         finally:
             display.stop()
             for link in serving.links if serving is not None else ():
@@ -216,6 +221,8 @@ class _Child:
         timeout_s: float | None,
         functions: LocalFunctions | None,
         window: Window | None,
+        *,
+        optimiser: Optimiser,
     ) -> None:
         self._job = job
         assert job.black_box is not None
@@ -230,6 +237,8 @@ class _Child:
         self._timeout_s = timeout_s
         self._timed_out = False
         self._folder_made = self._began = False
+        self._optimiser = optimiser
+        self._began_s = 0.0
         self._beside_before = _beside(job.folder)
         self._interrupts = 0
         self._out_of_patience = False
@@ -304,17 +313,21 @@ class _Child:
         return dict(message)
 
     def _show(self, message: dict[str, Any]) -> None:
+        experiment = self._job.experiment
         if message["type"] == "folder":
             self._folder_made = True
         elif message["type"] == "started":
             self._began = True
-            self._display.note(size_of(self._job.experiment.keys).text())
-            self._display.start(self._job.experiment, self._job.folder)
+            self._began_s = time.monotonic()
+            self._display.note(size_of(experiment.keys).text())
+            self._display.start(experiment, self._job.folder)
             if self._window is not None:
                 self._window.open(self._job.folder)
         elif message["type"] == "note":
             self._display.note(plain(message["text"]))
         elif message["type"] == "progress":
+            ran_s, end = time.monotonic() - self._began_s, ticks(experiment.keys.duration_s)
+            self._optimiser.note(ran_s, ran_s * end / max(message["tick"], 1) - ran_s)
             self._display.progress(
                 message["tick"], message["resting"], message["not_resting"], message["metrics"]
             )

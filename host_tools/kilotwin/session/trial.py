@@ -18,6 +18,7 @@ from kilotwin.runs.folder import FINISHED, INTERRUPTED, TOUCHED, add_to_manifest
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.acts import STEERED, Repetition
 from kilotwin.session.emulated import EmulatedWorld
+from kilotwin.session.faster_code import FasterCode
 from kilotwin.session.job import Job
 from kilotwin.session.loop import Attention, Companion, Each, Session
 from kilotwin.session.recorder import ModuleRecorder, Recorder, Report, Writer, WriterT
@@ -85,6 +86,7 @@ class Trial(Generic[WriterT]):
             Steps(self._keys, self._simulation),
             *hosts,
             *environments,
+            FasterCode(job.faster, self._note_faster_code),
             *self._viewers(),
             Each(self._note_start),
         ]
@@ -291,6 +293,10 @@ class Trial(Generic[WriterT]):
             self._touched = True
             add_to_manifest(self._job.folder, {TOUCHED: {"first_s": time_s}})
         self._report({"type": "note", "text": f"at {time_s:.3f} s: {event['text']}"})
+
+    def _note_faster_code(self, tick: int) -> None:
+        time_s = round(seconds(tick - self._world.zero_tick), 3)
+        add_to_manifest(self._job.folder, {"faster_code_from_s": time_s})
 
     def _note_start(self) -> None:
         """How long it took until the first step was over."""

@@ -8,6 +8,7 @@ See docs/python_api.md. Nothing is recorded; `kilotwin run` does that. The engin
 process.
 """
 
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -42,6 +43,7 @@ from kilotwin.metrics.meter import Meter
 from kilotwin.metrics.moment import Moment
 from kilotwin.programs.group import build_all, symbols_of
 from kilotwin.programs.guest_symbols import GuestSymbols
+from kilotwin.programs.translate.optimiser import Optimiser
 from kilotwin.runs.environment_record import EnvironmentMemory
 from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.folder import FAILURES
@@ -49,7 +51,8 @@ from kilotwin.runs.grid_record import GridMemory
 from kilotwin.session.emulated import EmulatedWorld
 from kilotwin.session.emulated_environment import EmulatedEnvironment
 from kilotwin.session.emulated_grid import EmulatedHost, lead_ticks
-from kilotwin.session.loop import Attention, Companion, Session
+from kilotwin.session.faster_code import FasterCode, expected
+from kilotwin.session.loop import Attention, Companion, Each, Session
 from kilotwin.session.steering import no_grid
 from kilotwin.session.steps import Steps
 from kilotwin.session.world_view import WorldView
@@ -149,6 +152,8 @@ class World:
         else:
             self._experiment = experiment_of(keys, settings)
         guests, modules = build_all(self._experiment)
+        self._optimiser = Optimiser(guests)
+        self._ran_s = self._went_on_s = 0.0
         self._names = States.of(self._experiment.keys)
         functions = LocalFunctions(self._experiment) if self._experiment.functions else None
         self._meter = Meter(self._experiment, functions, [str(guest.file) for guest in guests])
@@ -186,6 +191,8 @@ class World:
             Steps(self._experiment.keys, simulation),
             *self._hosts,
             *self._environments,
+            Each(self._note_time),
+            FasterCode(expected(self._experiment, guests)),
             *self._views,
         ]
         if self._hosts:
@@ -203,6 +210,7 @@ class World:
             host.leave()
         for shown in self._views:
             shown.close()
+        self._optimiser.close()
         self._table = None
         self._hosts, self._views, self._companions = [], [], []
 
@@ -247,7 +255,16 @@ class World:
         world.end = end
         for host in self._hosts:
             host.notice_orders()
+        self._went_on_s = time.perf_counter()
         Session(world, [Attention(_CHUNK_S), *self._companions]).run()
+        self._note_time()
+
+    def _note_time(self) -> None:
+        """Lets the optimiser know how long the world has run: it may go on for as long."""
+        now_s = time.perf_counter()
+        self._ran_s += now_s - self._went_on_s
+        self._went_on_s = now_s
+        self._optimiser.note(self._ran_s, self._ran_s)
 
     @property
     def tick(self) -> int:

@@ -26,6 +26,18 @@
         }                                                           \
     } while (0);
 
+/// Zeros in front of a number, which is not 0; tcc has no function of its own for that.
+static inline int translated_zeros(uint32_t number) {
+#ifdef __TINYC__
+    int zeros = 0;
+    for (int bits = 16; bits > 0; bits /= 2)
+        if (number >> (32 - bits) == 0) zeros += bits, number <<= bits;
+    return zeros;
+#else
+    return __builtin_clz(number);
+#endif
+}
+
 /// A block that shifts a number of `bits` to the left, and counts down, until its highest bit is
 /// set. Bit 31 of rest_ is the second highest, which the next shift makes the highest, so that as
 /// many turns are left out as there are zeros in front. `back` sets the number to v_, the counter
@@ -34,7 +46,7 @@
     do {                                                              \
         uint32_t v_ = (value);                                        \
         const uint32_t rest_ = v_ << (32 - (bits)) << 1;              \
-        const int turns_ = rest_ != 0 ? __builtin_clz(rest_) : 0;     \
+        const int turns_ = rest_ != 0 ? translated_zeros(rest_) : 0;  \
         if (turns_ > 0 && left > (turns_ + 1) * (cycles)) {           \
             const uint32_t n_ = (uint32_t)(count) - (uint32_t)turns_; \
             left -= turns_ * (cycles);                                \
@@ -73,10 +85,10 @@ static inline int translated_ones(uint32_t bits) {
     } while (0);
 
 /// Turns up to the one that shifts the quotient's mark out, its highest bit: zeros come in.
-#define DIVIDE_TO_MARK(rest, divisor, quotient, bits, with, without, back)       \
-    {                                                                            \
-        const int turns_ = (quotient) != 0 ? __builtin_clz(quotient) - 24 : 0;   \
-        DIVIDE_(rest, divisor, quotient, bits, with, without, (uint64_t)0, back) \
+#define DIVIDE_TO_MARK(rest, divisor, quotient, bits, with, without, back)        \
+    {                                                                             \
+        const int turns_ = (quotient) != 0 ? translated_zeros(quotient) - 24 : 0; \
+        DIVIDE_(rest, divisor, quotient, bits, with, without, (uint64_t)0, back)  \
     }
 
 /// Turns up to the one that the counter ends with. The carry comes in first, then the bits that

@@ -142,13 +142,15 @@ _CORE = ("calibration.c", "message_crc.c", "random_soft.c")
 @dataclass(frozen=True)
 class Guest:
     """A built program. `key` is the hash of all that went into it; `symbols` has its debug
-    information, None where there is none."""
+    information, None where there is none. `optimised`: where faster code that does the same will
+    be, if this is what a compiler makes at once (translate/translation.py)."""
 
     name: str
     file: Path
     key: str
     compiler: str
     symbols: Path | None = None
+    optimised: Path | None = None
 
 
 def build(

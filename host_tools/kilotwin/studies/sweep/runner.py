@@ -33,6 +33,9 @@ from kilotwin.units import duration_text
 _ROBOT_CPU_S = {"ideal": 1 / 600_000, "kilobot": 1 / 400_000}
 _MODULE_CPU_S = 1 / 250_000
 _BOARD_CPU_S = 1 / 400
+_TRANSLATED_CPU_S = 1 / 50_000
+# From here on a sweep waits for the faster code of its programs before it begins.
+_LONG_CPU_S = 60.0
 _BYTES_PER_SAMPLE = 8
 _BYTES_PER_TRIAL = 4096
 _BROKEN_MOST = 20
@@ -106,6 +109,7 @@ class Sweep:
         guests: dict[tuple[Program, bool, Target | None, bool, bool], Guest] = {}
         keys = []
         native: list[tuple[Program, Guest]] = []
+        at_once = sum(map(_guessed_cpu_s, plan.trials)) < _LONG_CPU_S
         notes = {note: None for trial in plan.trials for note in trial.experiment.notes()}
         for note in notes:
             notify(note)
@@ -128,7 +132,7 @@ class Sweep:
             ]
             for what, group in groups:
                 if what not in guests:
-                    guests[what] = build_group(group, notify)
+                    guests[what] = build_group(group, notify, at_once=at_once)
             built = [guests[what] for what, _ in groups]
             native += native_kilobots(trial.experiment, built)
             programs = [guest.key for guest in built]
@@ -360,7 +364,9 @@ def _robot_s(trial: Trial) -> float:
 def _guessed_cpu_s(trial: Trial) -> float:
     experiment = trial.experiment
     of_robot = _ROBOT_CPU_S[experiment.keys.medium.kind]
-    parts = [(group, of_robot) for group in experiment.groups]
+    parts = [
+        (group, _TRANSLATED_CPU_S if group.translated else of_robot) for group in experiment.groups
+    ]
     if experiment.modules is not None:
         parts.append((experiment.modules, _MODULE_CPU_S))
     each_second = sum(
