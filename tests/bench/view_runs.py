@@ -38,6 +38,7 @@ width_m = {side}
 height_m = {side}
 [swarm]
 profile = "kilobot"
+cpu = "native"
 program = "none.c"
 size = {robots}
 [record]

@@ -20,6 +20,7 @@ duration_s = {duration_s}
 arena.diameter_m = 6.0
 [swarm]
 profile = "kilobot"
+cpu = "native"
 [record]
 sample_s = 0.5
 [[robots]]

@@ -17,6 +17,7 @@ duration_s = 3
 arena.diameter_m = 2.0
 [swarm]
 profile = "kilobot"
+cpu = "native"
 [record]
 sample_s = 1
 [[robots]]

@@ -67,6 +67,7 @@ duration_s = 20
 arena.diameter_m = 0.5
 [swarm]
 profile = "kilobot"
+cpu = "native"
 [record]
 sample_s = 5
 """
@@ -80,6 +81,7 @@ program = "{here}/module_moments.c"
 define = ['VICTIM="{outside}/victim"', 'OUTSIDE="{outside}"', 'MOMENT={moment}', 'ACT={act}']
 [swarm]
 profile = "kilobot"
+cpu = "native"
 program = "{here}/innocent.c"
 size = 1
 [record]
@@ -202,7 +204,7 @@ def test_what_would_run_when_it_is_loaded_is_not_loaded(
     (scene.folder / "swarm.toml").write_text(SWARM + scene.text(ROBOTS, moment, 1))
     done = scene.kilotwin("run", "swarm.toml", "--out", "run", **variables)
     assert done.returncode == 2
-    assert "swarm.toml:7: program moments cannot be loaded: it has " in done.stderr
+    assert "swarm.toml:8: program moments cannot be loaded: it has " in done.stderr
     assert NOT_LOADED[moment] in done.stderr
     assert not (scene.folder / "run").exists()
 

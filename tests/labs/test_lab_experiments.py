@@ -184,7 +184,7 @@ def test_robots_of_collective_perception_agree_on_a_colour_that_there_is() -> No
     assert set(opinion[time_s < 10]) >= {0, 1, 2}
     assert np.bincount(opinion[time_s > 200])[:2].max() > 0.8 * np.count_nonzero(time_s > 200)
     # A disseminating robot's queue is full of opinions: few of its reports get in.
-    assert 0 < np.mean(state == 2) < 0.3
+    assert 0 < np.mean(state == 2) < 0.4
     assert {1, 2} <= set(action) <= {0, 1, 2}
 
 

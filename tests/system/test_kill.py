@@ -94,6 +94,7 @@ duration_s = 60
 arena.diameter_m = 2.0
 [swarm]
 profile = "kilobot"
+cpu = "native"
 [[robots]]
 program = "hangs.c"
 count = 3

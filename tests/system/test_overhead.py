@@ -182,7 +182,7 @@ def test_ours_take_kilogui_s_packets_and_a_native_one_says_that_it_has_no_loader
     lab = Lab(
         [
             {"hex": str(images / "ours.hex"), "count": 1},
-            {"program": str(images / "lamp.c"), "count": 2},
+            {"program": str(images / "lamp.c"), "count": 2, "cpu": "native"},
         ]
     )
     labs.append(lab)

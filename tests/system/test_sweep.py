@@ -42,6 +42,7 @@ duration_s = 5
 arena.diameter_m = 2.0
 [swarm]
 profile = "kilobot"
+cpu = "native"
 [[robots]]
 program = "crashes.c"
 define = ["SEED_CRASHES={crashes}"]

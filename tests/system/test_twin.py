@@ -17,6 +17,7 @@ duration_s = 2
 diameter_m = 0.5
 [swarm]
 profile = "{profile}"
+cpu = "native"
 program = "program.c"
 size = 2
 """

@@ -32,6 +32,7 @@ diameter_m = 1
 size = 4
 program = "{program}.c"
 profile = "kilobot"
+cpu = "native"
 [record]
 sample_s = 0.5
 """

@@ -22,6 +22,7 @@ from kilotwin.experiment.checks.experiment import (
 )
 from kilotwin.experiment.files import find_file, shown
 from kilotwin.experiment.pictures import Picture, floor_picture, light_picture
+from kilotwin.experiment.processor import processor_of
 from kilotwin.experiment.programs import (
     Api,
     Program,
@@ -65,6 +66,7 @@ class Group:
     boot_loader: "Target | None" = None  # whose loader is in its flash, besides the program
     interpreted: bool = False  # on board, code is not translated
     translated: bool = False  # as guests, by their machine code
+    why_native: str = ""  # where that would be the rule
 
     @property
     def tier(self) -> Tier:
@@ -154,6 +156,7 @@ class Experiment:
 
     def notes(self) -> Iterator[str]:
         """What is to be known of an emulated run of it before it begins."""
+        yield from self.why_native()
         commands, record = self.keys.command, self.keys.record
         if (
             self.modules is None
@@ -167,6 +170,13 @@ class Experiment:
                 f"comes every {seconds(self.keys.sample_ticks):.3f} s; for more of them set "
                 f"engine.step_ticks = {min(ticks(record.sample_s), 2)}"
             )
+
+    def why_native(self) -> Iterator[str]:
+        """A line for each program that does not run as its robot's machine code, as is the rule."""
+        reasons = {group.program.written: group.why_native for group in self.groups}
+        for program, why in reasons.items():
+            if why:
+                yield f"{program} runs natively (docs/limits.md): {why}"
 
     def takes_whole_numbers(self, key: KeyPath) -> bool:
         """Whether a key, as ("swarm", "size"), takes no other numbers."""
@@ -185,9 +195,12 @@ class Experiment:
         for table, group in zip(kinds, self.groups, strict=True):
             parts = list(group.program.parts)
             key = "program" if group.program.sources else "hex"
+            self._resolve_cpu(table, group)
             table[key] = parts if len(parts) > 1 else parts[0]
             if "include" in table:
                 table["include"] = list(group.program.includes)
+        if self.keys.robots is not None:
+            tables["swarm"].pop("cpu")
         if self.keys.swarm.lab is not None:
             found = find_file(self.keys.swarm.lab, ("swarm", "lab"), self.origin)
             tables["swarm"]["lab"] = portable(found)
@@ -209,6 +222,16 @@ class Experiment:
         if self.modules is not None:
             self._resolve_grid(tables["grid"], self.modules)
         return tables
+
+    def _resolve_cpu(self, table: dict[str, Any], group: Group) -> None:
+        """Of a Kilobot the one that "auto" is here: elsewhere it may be another one."""
+        if not group.program.sources:
+            return
+        cpu = table.pop("cpu", None) or self.keys.swarm.cpu
+        if cpu != "auto":
+            table["cpu"] = cpu
+        elif self.keys.swarm.profile == "kilobot":
+            table["cpu"] = "translated" if group.translated else "native"
 
     def _resolve_grid(self, table: dict[str, Any], modules: Group) -> None:
         if modules.program.sources:
@@ -274,7 +297,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         assert keys.swarm.size is not None
         program = _program(keys.swarm.program, ("swarm",), origin)
         program = replace(program, runtime=keys.swarm.runtime)
-        cpu = keys.swarm.cpu
+        cpu, why = processor_of(program, keys.swarm.cpu, keys.swarm.profile)
         yield Group(
             program,
             keys.swarm.size,
@@ -282,6 +305,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             cpu == "avr",
             interpreted=_interprets(keys),
             translated=cpu == "translated",
+            why_native=why,
         )
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
@@ -293,7 +317,9 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
                 robots.program, table, origin, robots.include, robots.define, api=robots.flavour
             )
             program = replace(program, runtime=_runtime(robots, keys))
-        cpu = robots.cpu or keys.swarm.cpu
+        cpu, why = robots.cpu or keys.swarm.cpu, ""
+        if robots.hex is None:
+            cpu, why = processor_of(program, cpu, keys.swarm.profile)
         on_board = robots.hex is not None or cpu == "avr"
         loader: Target | None = "robot" if robots.boot_loader else None
         yield Group(
@@ -304,6 +330,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             loader,
             _interprets(keys),
             translated=robots.hex is None and cpu == "translated",
+            why_native=why,
         )
 
 

@@ -1,6 +1,7 @@
 """Measures all metrics of an experiment, sample by sample."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,10 +30,10 @@ class Meter:
         self,
         experiment: Experiment,
         functions: Functions | None,
-        guests: Sequence[str] | None = None,
+        symbols: Sequence[Path | None] | None = None,
     ) -> None:
-        """`guests`: the built programs, one per group; None of a real table, whose robots have no
-        variables to read. `functions` may be None where the experiment has none."""
+        """`symbols`: files of debug information, of each group; None of a real table, whose robots
+        have no variables to read. `functions` may be None where the experiment has none."""
         keys = experiment.keys
         self._metrics = keys.metric
         self._functions = functions
@@ -43,11 +44,11 @@ class Meter:
             if metric.builtin not in (None, "first_time")
         }
         self._variables: dict[str, Variable] = {}
-        if guests is not None:
+        if symbols is not None:
             from kilotwin.metrics import variables
 
             self._variables = {
-                name: variables.Variable(experiment, name, guests)
+                name: variables.Variable(experiment, name, symbols)
                 for name, metric in keys.metric.items()
                 if metric.variable is not None
             }

@@ -1,4 +1,4 @@
-"""Metrics that are variables of robots' programs, by the debug information of the PC's build."""
+"""Metrics that are variables of robots' programs, by the debug information of the build."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -23,18 +23,19 @@ _REDUCED: dict[str, Callable[[Numbers], np.float64]] = {
 class Variable:
     """One variable, in those robots whose program has it."""
 
-    def __init__(self, experiment: Experiment, name: str, guests: Sequence[str]) -> None:
-        """`guests` are the built programs, one per group. InputError if none has the variable."""
+    def __init__(self, experiment: Experiment, name: str, symbols: Sequence[Path | None]) -> None:
+        """`symbols`: files of debug information, of each group's program. InputError if none has
+        the variable."""
         metric = experiment.keys.metric[name]
         assert metric.variable is not None
         self._reduce = _REDUCED[metric.of]
         self._places: list[NumberPlace | None] = []
-        complaint = "robots run by their machine code, whose variables are not read"
-        for group, file in zip(experiment.groups, guests, strict=True):
+        complaint = "robots run on their ATmega328P, whose variables are not read"
+        for group, file in zip(experiment.groups, symbols, strict=False):
             place: NumberPlace | None = None
-            if not (group.on_board or group.translated):
+            if file is not None and not group.on_board:
                 try:
-                    place = GuestSymbols(Path(file)).number(metric.variable)
+                    place = GuestSymbols(file).number(metric.variable)
                 except InputError as error:
                     complaint = str(error)
             self._places += [place] * group.count

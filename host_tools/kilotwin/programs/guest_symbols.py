@@ -1,4 +1,5 @@
-"""Symbols and debug information of a built guest: its size, and where its variables are.
+"""Symbols and debug information of a built guest: its size, and where its variables are. Of a
+robot that runs translated these are in its image's .elf, and its state is the chip's data space.
 
 For size reports, for tests that look into a program, and for metrics that are a variable. Nothing
 else looks: no result of a run depends on it.
@@ -6,7 +7,7 @@ else looks: no result of a run depends on it.
 
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from elftools.elf.sections import SymbolTableSection
 from kilotwin.errors import InputError
 from kilotwin.files import resources
 
-_OP_ADDR, _OP_ADDRX = 0x03, 0xA1
+_OP_ADDR, _OP_ADDRX, _OP_PLUS = 0x03, 0xA1, 0x23
 _WRAPPERS = {
     "DW_TAG_typedef",
     "DW_TAG_const_type",
@@ -30,12 +31,13 @@ _WRAPPERS = {
 }
 _STRUCTURES = ("DW_TAG_structure_type", "DW_TAG_union_type")
 _BOOLEAN, _FLOAT, _SIGNED = 0x02, 0x04, {0x05, 0x06, 0x0D}
-# The thin half of the mock API, which is part of every guest.
+# The thin half of the mock API, which is part of every guest, and the runtime of an image.
 _OURS = {
     file.name
-    for folder in ("emulator/robots/native/side", "firmware/kilolib/core")
+    for folder in ("emulator/robots/native/side", "firmware/kilolib/core", "firmware/kilolib/avr")
     for file in resources.path(folder).glob("*.c")
 }
+_AVR_DATA = 0x800000  # data space of an ATmega328P, as avr-gcc numbers it; SRAM is 0x100 to 0x900
 _FLOAT_FORMATS = {4: "<f", 8: "<d"}
 # "hops", "file.c:hops", "me.hops", "table[2]".
 _PLACE = re.compile(r"(?P<name>(?:[^:\[\]]+:)?\w+)(?P<steps>(?:\.\w+|\[\d+\])*)")
@@ -82,10 +84,12 @@ class GuestSymbols:
             table, code = elf.get_section_by_name(".symtab"), elf.get_section_by_name(".text")
             assert isinstance(table, SymbolTableSection)
             assert code is not None
-            symbols = {symbol.name: int(symbol["st_value"]) for symbol in table.iter_symbols()}
-            self._begin, self._end = symbols["kt_state_begin"], symbols["kt_state_end"]
-            text = int(code["sh_size"])
-            self.size = GuestSize(self._end - self._begin, text)
+            self._base, self._begin, self._end = _AVR_DATA, _AVR_DATA + 0x100, _AVR_DATA + 0x900
+            if elf["e_machine"] != "EM_AVR":
+                symbols = {symbol.name: int(symbol["st_value"]) for symbol in table.iter_symbols()}
+                self._base = self._begin = symbols["kt_state_begin"]
+                self._end = symbols["kt_state_end"]
+            self.size = GuestSize(self._end - self._begin, int(code["sh_size"]))
 
     def read(self, state: bytes, name: str) -> Any:
         """The value of a global or static variable in a robot's state.
@@ -155,7 +159,7 @@ class GuestSymbols:
                 address = _address(dwarf, unit, die.attributes["DW_AT_location"].value)
                 if address is None or not self._begin <= address < self._end:
                     continue
-                offset = address - self._begin
+                offset = address - self._base
                 yield _Variable(own_name, source, function, offset, declared)
 
 
@@ -188,11 +192,7 @@ def _address(dwarf: DWARFInfo, unit: CompileUnit, location: Any) -> int | None:
     if location[0] == _OP_ADDR:
         return int.from_bytes(bytes(location[1:9]), "little")
     if location[0] == _OP_ADDRX:
-        index = shift = 0
-        for byte in location[1:]:
-            index |= (byte & 0x7F) << shift
-            shift += 7
-        return int(dwarf.get_addr(unit, index))
+        return int(dwarf.get_addr(unit, _leb128(location[1:])))
     return None
 
 
@@ -223,8 +223,7 @@ def _value(owner: DIE, state: bytes, offset: int) -> Any:
 def _member(member: DIE, state: bytes, offset: int) -> Any:
     attributes = member.attributes
     if "DW_AT_bit_size" not in attributes:
-        at = attributes["DW_AT_data_member_location"].value if _located(member) else 0
-        return _value(member, state, offset + at)
+        return _value(member, state, offset + _place_in(member))
     bits = attributes["DW_AT_bit_size"].value
     first = _first_bit(member)
     whole = int.from_bytes(state[offset : offset + (first + bits + 7) // 8], "little")
@@ -234,8 +233,19 @@ def _member(member: DIE, state: bytes, offset: int) -> Any:
     return value - (1 << bits) if signed and value >> (bits - 1) else value
 
 
-def _located(member: DIE) -> bool:
-    return "DW_AT_data_member_location" in member.attributes
+def _place_in(member: DIE) -> int:
+    """Its offset in the structure: a number, or in older forms an expression that adds one."""
+    if "DW_AT_data_member_location" not in member.attributes:
+        return 0
+    at = member.attributes["DW_AT_data_member_location"].value
+    return int(at) if isinstance(at, int) else _leb128(at[1:]) if at[0] == _OP_PLUS else 0
+
+
+def _leb128(encoded: Sequence[int]) -> int:
+    number = 0
+    for place, byte in enumerate(encoded):
+        number |= (byte & 0x7F) << 7 * place
+    return number
 
 
 def _first_bit(member: DIE) -> int:
@@ -245,8 +255,7 @@ def _first_bit(member: DIE) -> int:
         return attributes["DW_AT_data_bit_offset"].value if _bit_counted(member) else 0
     kind = _type_of(member)
     assert kind is not None
-    at = attributes["DW_AT_data_member_location"].value if _located(member) else 0
-    end = 8 * (at + _bytes_of(kind))
+    end = 8 * (_place_in(member) + _bytes_of(kind))
     return int(end - attributes["DW_AT_bit_offset"].value - attributes["DW_AT_bit_size"].value)
 
 
@@ -321,10 +330,7 @@ def _within(
             if member.tag == "DW_TAG_member" and _text(member, "DW_AT_name") == step:
                 if "DW_AT_bit_size" in member.attributes:
                     raise InputError(f"'{name}' is a bit field, which is not read")
-                at = (
-                    member.attributes["DW_AT_data_member_location"].value if _located(member) else 0
-                )
-                return member, offset + at, None
+                return member, offset + _place_in(member), None
     elif kind is not None and kind.tag == "DW_TAG_array_type" and step.isdigit():
         lengths = _lengths(kind) if lengths is None else lengths
         element = _type_of(kind)

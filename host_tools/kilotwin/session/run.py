@@ -50,11 +50,12 @@ from kilotwin.session.acts import Act
 from kilotwin.session.black_box import LOOK_S, BlackBox, Watch
 from kilotwin.session.confined_worker import growth_of, unconfined_because
 from kilotwin.session.display import Display, Window
+from kilotwin.session.estimate import cpu_s_of
 from kilotwin.session.faster_code import expected, runs_native_code
 from kilotwin.session.job import Job, Probes, Serving
 from kilotwin.session.worker_process import WorkerProcess, start_worker
 from kilotwin.table.ports.pseudo_terminal import remove_dead
-from kilotwin.units import ticks
+from kilotwin.units import duration_text, ticks
 
 # Kinds of reports, and what each has.
 _REPORTS: dict[str, dict[str, type]] = {
@@ -76,6 +77,8 @@ _GARBLED = (
 # From the first interrupt on: what the engine has under way takes a second or so, unless a program
 # keeps it.
 _PATIENCE_S = 10.0
+# After so long it is known how long a run takes; from how long on what else it could take is said.
+_KNOWN_S, _LONG_S = 3.0, 60.0
 
 
 @dataclass(frozen=True)
@@ -239,6 +242,7 @@ class _Child:
         self._folder_made = self._began = False
         self._optimiser = optimiser
         self._began_s = 0.0
+        self._estimated = False
         self._beside_before = _beside(job.folder)
         self._interrupts = 0
         self._out_of_patience = False
@@ -327,9 +331,25 @@ class _Child:
             self._display.note(plain(message["text"]))
         elif message["type"] == "progress":
             ran_s, end = time.monotonic() - self._began_s, ticks(experiment.keys.duration_s)
-            self._optimiser.note(ran_s, ran_s * end / max(message["tick"], 1) - ran_s)
+            whole_s = ran_s * end / max(message["tick"], 1)
+            self._optimiser.note(ran_s, whole_s - ran_s)
+            self._say_what_native_takes(ran_s, whole_s)
             self._display.progress(
                 message["tick"], message["resting"], message["not_resting"], message["metrics"]
+            )
+
+    def _say_what_native_takes(self, ran_s: float, whole_s: float) -> None:
+        """Once, of a long run of programs that run translated."""
+        experiment = self._job.experiment
+        if self._estimated or ran_s < _KNOWN_S or whole_s < _LONG_S:
+            return
+        self._estimated = True
+        native_s = cpu_s_of(experiment, natively=True)
+        if native_s < min(whole_s / 2, cpu_s_of(experiment)):
+            self._display.note(
+                f"takes about {duration_text(whole_s)}; with --set swarm.cpu=native it would be "
+                f"about {duration_text(native_s)}, by C and not by the robots' machine code "
+                "(docs/limits.md)"
             )
 
     def _failure(self, last: dict[str, Any], returncode: int, log: str) -> KilotwinError:

@@ -181,7 +181,7 @@ class Trial(Generic[WriterT]):
             functions = RemoteFunctions(self._report, sys.stdin.buffer)
         elif job.experiment.functions:
             functions = LocalFunctions(job.experiment)
-        return Meter(job.experiment, functions, job.guests)
+        return Meter(job.experiment, functions, job.symbols)
 
     def _make_environments(self) -> "list[EmulatedEnvironment]":
         """Before there is a folder: its program may refuse. A served world's is outside."""

@@ -9,6 +9,7 @@ process.
 """
 
 import time
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -151,13 +152,16 @@ class World:
             self._experiment = Experiment.load(Path(given.experiment), settings)
         else:
             self._experiment = experiment_of(keys, settings)
+        for note in self._experiment.why_native():
+            warnings.warn(note, stacklevel=2)
         guests, modules = build_all(self._experiment)
         self._optimiser = Optimiser(guests)
         self._ran_s = self._went_on_s = 0.0
         self._names = States.of(self._experiment.keys)
         functions = LocalFunctions(self._experiment) if self._experiment.functions else None
-        self._meter = Meter(self._experiment, functions, [str(guest.file) for guest in guests])
-        self._symbols: dict[str, GuestSymbols] = {}
+        self._meter = Meter(self._experiment, functions, symbols_of(guests, None))
+        self._debug_files = symbols_of(guests, None)
+        self._symbols: dict[Path, GuestSymbols] = {}
         self._events: list[dict[str, Any]] = []
         spec = engine_spec(
             self._experiment,
@@ -372,19 +376,19 @@ class World:
         """The value of a global or static variable of a robot's program. For tests.
 
         Where several have the name: "file.c:name" or "function:name". Structures come as dicts,
-        arrays as lists, pointers and enums as numbers. Those of a robot that runs by its machine
-        code, on an ATmega328P or translated, are not read.
+        arrays as lists, pointers and enums as numbers. Those of a robot on an ATmega328P are not
+        read.
         """
         index, wanted = self._robot(robot), _checked(name=name).name
-        group = self._experiment.group_of(index)
-        if group.on_board or group.translated:
+        group = self._experiment.groups.index(self._experiment.group_of(index))
+        file = self._debug_files[group]
+        if file is None or self._experiment.groups[group].on_board:
             raise InputError(
-                f"World: robot {index} runs by its machine code, whose variables are not read; let "
-                'it print them, or use cpu = "native"'
+                f"World: robot {index} runs on its ATmega328P, whose variables are not read; let "
+                "it print them, or leave its cpu out"
             )
-        file = self._simulation.program(index)
         if file not in self._symbols:
-            self._symbols[file] = GuestSymbols(Path(file))
+            self._symbols[file] = GuestSymbols(file)
         return self._symbols[file].read(self._simulation.state(index), wanted)
 
     def _robot(self, index: Whole) -> int:

@@ -209,7 +209,7 @@ def test_a_program_with_words_of_both_keeps_the_compilers(refused: Refused) -> N
     ("name", "said"),
     [
         ("much_flash.c", " bytes of flash, an image has at most 28,160 (220 pages); leave out"),
-        ("much_ram.c", "does not fit into the robot's flash and RAM"),
+        ("much_ram.c", " bytes of RAM, of 2,048"),
     ],
 )
 def test_an_image_that_does_not_fit_is_refused(name: str, said: str, refused: Refused) -> None:

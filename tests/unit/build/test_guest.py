@@ -275,7 +275,7 @@ int main(void) {
     return 0;
 }
 """)
-    with World(program=str(source), count=1, arena=1.0) as world:
+    with World(program=str(source), count=1, arena=1.0, cpu="native") as world:
         world.command("run")
         world.run(1)
         assert world.variable(0, "sizes") == [2, 4, 8, 1, 16, 7]
@@ -311,7 +311,7 @@ int main() {
     return 0;
 }
 """)
-    with World(program=str(tmp_path / "main.c"), count=1, arena=1.0) as world:
+    with World(program=str(tmp_path / "main.c"), count=1, arena=1.0, cpu="native") as world:
         world.run(1)
         assert world.variable(0, "myuserdata") == {"count": 4}
 
@@ -336,7 +336,7 @@ int main(void) {
     return 0;
 }
 """)
-    with World(program=str(tmp_path / "known.c"), count=1, arena=1.0) as world:
+    with World(program=str(tmp_path / "known.c"), count=1, arena=1.0, cpu="native") as world:
         world.run(1)
         assert world.variable(0, "linux") == 0x21
 
@@ -344,7 +344,7 @@ int main(void) {
 def test_a_jump_to_0_starts_the_program_again(tmp_path: Path) -> None:
     source = tmp_path / "jump.c"
     source.write_text(BLINK.replace("delay(500)", '__asm__ volatile("jmp 0x0000")'))
-    with World(program=str(source), count=1, arena=1.0) as world:
+    with World(program=str(source), count=1, arena=1.0, cpu="native") as world:
         world.run(1)
         assert [event["kind"] for event in world.events] == ["note"]
 
@@ -428,7 +428,7 @@ void setup(void) {
 """
         + LIVES
     )
-    with World(program=str(source), count=3, arena=1.0) as world:
+    with World(program=str(source), count=3, arena=1.0, cpu="native") as world:
         world.run(1)
         assert world.events == []
         assert [world.variable(robot, "was") for robot in range(3)] == [ord("0")] * 3
@@ -452,7 +452,7 @@ void setup(void) {}
 """
         + LIVES
     )
-    with World(program=str(source), count=2, arena=1.0) as world:
+    with World(program=str(source), count=2, arena=1.0, cpu="native") as world:
         world.run(1)
         assert world.events == []
         assert [world.variable(robot, "order") for robot in range(2)] == [[1, 2, 3]] * 2
@@ -487,7 +487,7 @@ void setup(void) {
 """
         + LIVES
     )
-    with World(program=str(source), count=1, arena=1.0) as world:
+    with World(program=str(source), count=1, arena=1.0, cpu="native") as world:
         world.run(1)
         assert world.events == []
         assert world.variable(0, "number") == 15
@@ -520,7 +520,7 @@ void setup(void) {
 """
         + LIVES
     )
-    with World(program=str(source), count=1, arena=1.0) as world:
+    with World(program=str(source), count=1, arena=1.0, cpu="native") as world:
         world.run(1)
         assert world.events == []
         assert world.variable(0, "got") == 1
@@ -567,7 +567,7 @@ void setup(void) {
 """
         + LIVES
     )
-    with World(program=str(source), count=1, arena=1.0) as world:
+    with World(program=str(source), count=1, arena=1.0, cpu="native") as world:
         world.run(1)
         assert world.events == []
         seen = [world.variable(0, name) for name in ("number", "letter", "other", "more")]

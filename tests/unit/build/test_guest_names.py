@@ -92,7 +92,8 @@ def test_names_are_the_programs_own(
     own.write_text("\n".join(['#include "kilolib.h"', *lines, OWN]))
     (tmp_path / "talker.c").write_text(TALKER)
     kinds = [{"program": str(own), "count": 1}, {"program": str(tmp_path / "talker.c"), "count": 2}]
-    with World(robots=kinds, arena=(0.12, 0.12)) as world:
+    native = [{**kind, "cpu": "native"} for kind in kinds]
+    with World(robots=native, arena=(0.12, 0.12)) as world:
         world.run(10)
         assert world.events == []
         assert world.variable(0, "own_heard") > 10

@@ -21,7 +21,7 @@ def world() -> Iterator[World]:
     """Two robots of each program, after the 15 s that the slowest check takes."""
     with ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda guest: build(find_program(str(guest), Path.cwd())), GUESTS))
-    kinds = [{"program": guest, "count": 2} for guest in GUESTS]
+    kinds = [{"program": guest, "count": 2, "cpu": "native"} for guest in GUESTS]
     with World(robots=kinds, arena=(3.0, 3.0)) as world:
         world.run(15)
         yield world

@@ -63,4 +63,4 @@ def test_a_program_that_does_not_fit_at_all_ends_with_1(kilotwin: Kilotwin, fold
         "int main(void) { kilo_init(); all[kilo_uid]++; return all[kilo_uid + 1]; }\n"
     )
     done = kilotwin("port", "huge.c", expect=1)
-    assert "huge.c: does not fit into the robot's flash and RAM" in done.stderr
+    assert "huge.c: does not fit into the robot: it" in done.stderr

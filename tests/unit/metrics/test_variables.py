@@ -16,13 +16,13 @@ static volatile struct { uint16_t heard; int8_t table[2][3]; struct { uint32_t d
 static volatile float share = 0.25f;
 static volatile struct { uint8_t few : 3; } bits;
 static void setup(void) { hops = kilo_uid; me.table[1][2] = -3; me.in.deep = 70000; bits.few = 5; }
-static void loop(void) { me.heard++; }
+static void loop(void) { me.heard++, (void)below, (void)share; }
 int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
 """
 
 
-@pytest.fixture(scope="module")
-def world(tmp_path_factory: pytest.TempPathFactory) -> World:
+@pytest.fixture(scope="module", params=["native", "translated"])
+def world(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> World:
     folder = tmp_path_factory.mktemp("variables")
     (folder / "mine.c").write_text(PROGRAM)
     metric = {
@@ -35,7 +35,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> World:
         "deep": {"variable": "me.in.deep"},
         "share": {"variable": "share"},
     }
-    world = World(program=str(folder / "mine.c"), count=4, metric=metric)
+    world = World(program=str(folder / "mine.c"), count=4, metric=metric, cpu=request.param)
     world.run(1)
     return world
 
@@ -67,7 +67,8 @@ def test_numbers_are_read_wherever_they_lie(world: World) -> None:
 def test_what_is_no_number_is_refused_and_says_what_there_is(
     world: World, name: str, complaint: str
 ) -> None:
-    file = Path(world._simulation.program(0))
+    file = world._debug_files[0]
+    assert file is not None
     with pytest.raises(InputError) as refused:
         GuestSymbols(file).number(name)
     assert complaint in str(refused.value)

@@ -300,7 +300,7 @@ def test_several_programs_and_any_table_may_be_given(folder: Path) -> None:
 def test_variables_of_a_robot_with_an_atmega328p_are_not_read(folder: Path) -> None:
     with World(program=folder / "blink.c", cpu="avr") as world:
         world.run(0.5)
-        with pytest.raises(InputError, match="robot 0 runs by its machine code, whose variables"):
+        with pytest.raises(InputError, match="robot 0 runs on its ATmega328P, whose variables"):
             world.variable(0, "count")
 
 

@@ -26,11 +26,11 @@ static void loop(void) { set_color(RGB(1, 0, 0)); }
 int main(void) { kilo_init(); kilo_message_tx = tx; kilo_start(setup, loop); return 0; }
 """
 SCENARIO = """\
+# Not met.
+name = "scenario"
 duration_s = 5
 arena.diameter_m = 0.3
-swarm.profile = "kilobot"
-swarm.program = "../my.c"
-swarm.size = 2
+swarm = { profile = "kilobot", cpu = "native", program = "../my.c", size = 2 }
 record.sample_s = 1
 [[expect]]
 that = "led.green == 2"

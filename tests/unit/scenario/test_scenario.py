@@ -40,7 +40,7 @@ int main(void) { kilo_init(); kilo_message_tx = tx; kilo_start(setup, loop); ret
 TEXT = """\
 duration_s = 25
 arena.diameter_m = 0.5
-swarm.profile = "kilobot"
+swarm = {{ profile = "kilobot", cpu = "native" }}
 record.sample_s = 1
 [[robots]]
 program = "program.c"

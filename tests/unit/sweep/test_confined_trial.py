@@ -30,6 +30,7 @@ duration_s = {duration_s}
 arena.diameter_m = 1.0
 [swarm]
 profile = "kilobot"
+cpu = "native"
 program = "{root}/firmware/blank.c"
 size = 5
 """

@@ -116,7 +116,7 @@ def _kind(table: KeyPath, run: Robots | Grid, common: Cpu | None, medium: str) -
         if run.runtime is not None:
             what = "a 'hex' has its own runtime; leave runtime out"
             yield Problem(what, ((*table, "runtime"),))
-        if run.cpu in ("native", "translated"):
+        if run.cpu not in (None, "avr"):
             what = "a 'hex' runs on an ATmega328P; leave cpu out"
             yield Problem(what, ((*table, "cpu"),))
     if isinstance(run, Grid) and run.boot_loader and run.runtime == "original":

@@ -45,7 +45,7 @@ from kilotwin.experiment.schema.step import Step
 from kilotwin.units import TICK_S, ticks
 
 ProfileName = Literal["foot-bot", "kilobot"]
-Cpu = Literal["native", "translated", "avr"]
+Cpu = Literal["auto", "native", "translated", "avr"]
 SiteShape = Literal["circle", "rectangle", "polygon", "picture"]
 # Message types of hardware.md 1.4; `pause` is what people call WAKEUP.
 Sent = Literal[
@@ -144,7 +144,7 @@ class Swarm(InformedShares):
     """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
     size: Count | None = None
     """How many robots run it."""
-    cpu: Cpu | None = None
+    cpu: Cpu = "auto"
     """Processor of `program`, and of each `[[robots]]` that has a program and says nothing else:
     see `robots.cpu`."""
     runtime: Runtime
@@ -172,8 +172,10 @@ class Robots(Section):
     hex: Text | None = None
     """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
     cpu: Cpu | None = None
-    """Processor of `program`: this computer; this computer by the robot's machine code, translated,
-    with its cycles and its 16-bit `int`; or each robot's ATmega328P (`kilobot` medium only)."""
+    """Processor of `program`: `native`, this computer by the program's C; `translated`, this
+    computer by the robot's machine code, with its cycles and its 16-bit `int`; `avr`, each robot's
+    ATmega328P (`kilobot` medium only). `auto`: Kilobots run translated, foot-bots natively, and so
+    do Kilobots where avr-gcc is missing or a program lacks `kilo_start()`, which a line says."""
     runtime: Runtime | None = None
     """`original`: a robot acts on RUN when its blink ends, within 201 ms; after `get_voltage()` the
     next distance is wrong; Kilotwin's own requests get no answer. `kilotwin`: ours. If left out: as

@@ -29,6 +29,7 @@ from kilotwin.programs.cache import (
     key_of,
 )
 from kilotwin.programs.image.flags import avr_words
+from kilotwin.programs.image.image_size import RAM_BYTES
 from kilotwin.programs.image.tools import avr_gcc
 from kilotwin.programs.linking import ENGLISH, check_main, explained
 from kilotwin.programs.native.guest import compiler_version, read_by, run_tool
@@ -36,6 +37,7 @@ from kilotwin.programs.native.guest import compiler_version, read_by, run_tool
 _FLAGS = ("AVR_CHIP", "AVR_DIALECT", "AVR_DEBUG")
 # Besides those of firmware/avr.mk: `kilotwin port` reads how deep the stack of a function is.
 _REPORT_FLAGS = ["-fstack-usage"]
+_RAM_BEGIN = 0x800100  # as avr-gcc numbers it
 _BUILD_ID, _BUILD_ID_SCRIPT = "firmware/build_id.c", "firmware/build_id.ld"
 
 
@@ -127,13 +129,24 @@ def _link(command: list[str], program: Program, objects: Sequence[Path]) -> None
     try:
         run_tool(command, failure, ENGLISH, confine=True)
     except InputError as error:
-        if re.search(r"not within region|overflowed by", error.detail):
+        if too_much := _overflow(error.detail):
             raise RunError(
-                f"{program.written}: does not fit into the robot's flash and RAM; make tables and "
+                f"{program.written}: does not fit into the robot: {too_much}; make tables and "
                 "arrays smaller, or keep tables in flash (PROGMEM)",
                 detail=error.detail,
             ) from None
         raise explained(error, program, "avr-nm", objects) from None
+
+
+def _overflow(said: str) -> str:
+    """What the linker says of a program that is too large, with the sizes; ""."""
+    if end := re.search(r"address 0x([0-9a-f]+) .* is not within region `data'", said):
+        ram = int(end[1], 16) - _RAM_BEGIN
+        return f"its variables take {ram:,} bytes of RAM, of {RAM_BYTES:,}"
+    if more := re.search(r"region `(\w+)' overflowed by (\d+) bytes", said):
+        which = "flash" if more[1] == "text" else "RAM"
+        return f"it takes {int(more[2]):,} bytes of {which} more than there are"
+    return "it takes more flash and RAM than there are" if "not within region" in said else ""
 
 
 def _key(program: Program, compiler: str, written: BuildId, runtime: Sequence[Path]) -> str:

@@ -3,16 +3,11 @@
 import shutil
 
 from kilotwin.errors import RunError
-
-_TOOLS = ("avr-gcc", "avr-nm", "avr-ar", "avr-objcopy")
+from kilotwin.experiment.processor import missing_tool
 
 
 def avr_gcc() -> str:
     """The path of avr-gcc; RunError with the command that installs it if it is not there."""
-    found = {tool: shutil.which(tool) for tool in _TOOLS}
-    for tool, path in found.items():
-        if path is None:
-            raise RunError(
-                f"{tool} is not here; type: apt-get install gcc-avr avr-libc binutils-avr"
-            )
-    return str(found["avr-gcc"])
+    if lacks := missing_tool():
+        raise RunError(lacks)
+    return str(shutil.which("avr-gcc"))

@@ -184,7 +184,7 @@ def _walkers(robots: int, per_m2: float, medium: str, duration_s: float) -> Tabl
 
 
 def _experiment(workload: str, tables: Tables, settings: list[Setting]) -> Experiment:
-    named = {"name": f"bench {workload}", **tables}
+    named = {"name": f"bench {workload}", **tables, "swarm": {"cpu": "native", **tables["swarm"]}}
     return Experiment.of(ExperimentText(named["name"], Path.cwd(), named, "", settings))
 
 

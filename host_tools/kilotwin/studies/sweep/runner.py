@@ -22,6 +22,7 @@ from kilotwin.programs.group import build_group
 from kilotwin.programs.native.guest import Guest
 from kilotwin.programs.port.twin import Mode, Twins, native_kilobots
 from kilotwin.runs.folder import EXPERIMENT, slug, utc_now
+from kilotwin.session.estimate import cpu_s_of
 from kilotwin.studies.sweep.confined_trial import measure_confined
 from kilotwin.studies.sweep.data_set import DataSet, failure_line, trial_key
 from kilotwin.studies.sweep.executors import Place
@@ -29,11 +30,6 @@ from kilotwin.studies.sweep.measure import Failed, Measured, Task, engine_sha256
 from kilotwin.studies.sweep.plan import Plan, Trial, shown
 from kilotwin.units import duration_text
 
-# CPU time of one second of a robot, a module and a simulated ATmega328P, from docs/performance.md.
-_ROBOT_CPU_S = {"ideal": 1 / 600_000, "kilobot": 1 / 400_000}
-_MODULE_CPU_S = 1 / 250_000
-_BOARD_CPU_S = 1 / 400
-_TRANSLATED_CPU_S = 1 / 50_000
 # From here on a sweep waits for the faster code of its programs before it begins.
 _LONG_CPU_S = 60.0
 _BYTES_PER_SAMPLE = 8
@@ -109,7 +105,7 @@ class Sweep:
         guests: dict[tuple[Program, bool, Target | None, bool, bool], Guest] = {}
         keys = []
         native: list[tuple[Program, Guest]] = []
-        at_once = sum(map(_guessed_cpu_s, plan.trials)) < _LONG_CPU_S
+        at_once = sum(cpu_s_of(trial.experiment) for trial in plan.trials) < _LONG_CPU_S
         notes = {note: None for trial in plan.trials for note in trial.experiment.notes()}
         for note in notes:
             notify(note)
@@ -160,7 +156,7 @@ class Sweep:
         """The estimate for the trials that are left."""
         missing = self.missing()
         measured = self.data.seconds_per_robot_second()
-        guessed = sum(_guessed_cpu_s(trial) for trial, _ in missing)
+        guessed = sum(cpu_s_of(trial.experiment) for trial, _ in missing)
         return Estimate(
             len(self.plan.trials),
             len(self.plan.trials) - len(missing),
@@ -344,14 +340,14 @@ class _Progress:
         self._display = display
         self._began = time.monotonic()
         self._done, self._failed = total - len(missing), 0
-        self._guessed_left_s = math.fsum(_guessed_cpu_s(trial) for trial, _ in missing)
+        self._guessed_left_s = math.fsum(cpu_s_of(trial.experiment) for trial, _ in missing)
         self._guessed_done_s = 0.0
 
     def add(self, trial: Trial, *, failed: bool) -> None:
         self._failed += failed
         self._done += not failed
-        self._guessed_done_s += _guessed_cpu_s(trial)
-        self._guessed_left_s -= _guessed_cpu_s(trial)
+        self._guessed_done_s += cpu_s_of(trial.experiment)
+        self._guessed_left_s -= cpu_s_of(trial.experiment)
         elapsed = time.monotonic() - self._began
         left_s = elapsed / self._guessed_done_s * max(self._guessed_left_s, 0.0)
         self._display.progress(self._done, self._failed, left_s, shown(trial))
@@ -359,20 +355,6 @@ class _Progress:
 
 def _robot_s(trial: Trial) -> float:
     return trial.experiment.size * trial.experiment.keys.duration_s
-
-
-def _guessed_cpu_s(trial: Trial) -> float:
-    experiment = trial.experiment
-    of_robot = _ROBOT_CPU_S[experiment.keys.medium.kind]
-    parts = [
-        (group, _TRANSLATED_CPU_S if group.translated else of_robot) for group in experiment.groups
-    ]
-    if experiment.modules is not None:
-        parts.append((experiment.modules, _MODULE_CPU_S))
-    each_second = sum(
-        part.count * (_BOARD_CPU_S if part.on_board else cpu_s) for part, cpu_s in parts
-    )
-    return each_second * experiment.keys.duration_s
 
 
 def _bytes(trial: Trial) -> float:

@@ -25,7 +25,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("kilotwin", "robots' programs in the emulator")
     group.addoption(
         "--kilotwin-cpu",
-        choices=("native", "translated", "avr"),
+        choices=("auto", "native", "translated", "avr"),
         help="Processor of robots' programs that name none; avr runs them from the .hex.",
     )
     group.addoption(
