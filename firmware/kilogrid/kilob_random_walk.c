@@ -4,10 +4,11 @@ typedef enum { NEW_LEG, STRAIGHT_ON, TURNING } phase_t;
 
 static phase_t phase = NEW_LEG;
 static uint32_t phase_end;
-static double forward_mu = RW_FORWARD_MU;
-static double forward_sigma = RW_FORWARD_SIGMA;
-static double rotation_mu = RW_ROTATION_CONST;
-static double rotation_span = RW_ROTATION_SPAN;
+// In seconds, and no macros: labs' programs define RW_FORWARD_MU and the like themselves.
+static double forward_mu = 3.0;
+static double forward_sigma = 1.5;
+static double rotation_mu = 1.5;
+static double rotation_span = 3.0;
 
 void kilob_random_walk_init(double forward_mu_s, double forward_sigma_s, double rotation_mu_s,
                             double rotation_span_s) {

@@ -6,15 +6,9 @@
 #include "kilolib.h"
 #include "utils.h"
 
-/// Defaults of kilob_random_walk_init(), in seconds.
-#define RW_FORWARD_MU 3.0
-#define RW_FORWARD_SIGMA 1.5
-#define RW_ROTATION_CONST 1.5
-#define RW_ROTATION_SPAN 3.0
-
 /// Sets the walk's times, in seconds, and starts it anew. A straight leg lasts |N(forward_mu,
 /// forward_sigma)|, a turn |N(rotation_mu, rotation_span)|, both in whole seconds, rounded down.
-/// Without a call the defaults hold.
+/// Without a call it is (3.0, 1.5, 1.5, 3.0).
 void kilob_random_walk_init(double forward_mu_s, double forward_sigma_s, double rotation_mu_s,
                             double rotation_span_s);
 

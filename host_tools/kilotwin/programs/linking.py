@@ -59,9 +59,13 @@ def explained(error: InputError, program: Program, nm: str, objects: Sequence[Pa
             places += [f"{source}{line}: undefined reference to '{symbol}'" for line in at or [""]]
     if not names:
         return error
+    from kilotwin.programs.native.guest import suggestions
+
+    meant = [near for name, near in suggestions(program).items() if name in names]
+    instead = f"did you mean {', '.join(meant)}? Else write" if meant else "write"
     return InputError(
-        f"{program.written}: neither the program nor the API has {', '.join(names)}; write what is "
-        "missing, or add the file that has it",
+        f"{program.written}: neither the program nor the API has {', '.join(names)}; {instead} "
+        "what is missing, or add the file that has it",
         detail="\n".join(places),
     )
 

@@ -135,6 +135,13 @@ def test_a_lab_program_may_bring_the_checksum(tmp_path: Path) -> None:
     guest_build.build(find_program(str(written(tmp_path, main_c=ROBOT, crc_c=own)), HERE))
 
 
+def test_a_lab_program_may_name_its_own_times_as_the_random_walk_might(tmp_path: Path) -> None:
+    names = ("FORWARD_MU", "FORWARD_SIGMA", "ROTATION_CONST", "ROTATION_SPAN")
+    own = "".join(f"static const float RW_{name} = 2;\n" for name in names)
+    source = f"#include <kilob_random_walk.h>\n{own}{ROBOT}"
+    guest_build.build(find_program(str(written(tmp_path, main_c=source)), HERE))
+
+
 def test_a_module_program_becomes_a_guest(tmp_path: Path) -> None:
     program = find_program(str(written(tmp_path, main_c=MODULE)), HERE, api="module")
     names = symbols(program)

@@ -7,6 +7,7 @@ steps are those of firmware/image.mk: `make firmware` gives the same bytes, and 
 As with guests, results are kept under the hash of everything that went in, and appear in one step.
 """
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
 from kilotwin.files.build_id import BuildId, build_id
+from kilotwin.programs import compiler_warnings
 from kilotwin.programs.apis import APIS, wanted_helpers
 from kilotwin.programs.cache import (
     Notify,
@@ -37,6 +39,7 @@ from kilotwin.programs.native.guest import compiler_version, read_by, run_tool
 _FLAGS = ("AVR_CHIP", "AVR_DIALECT", "AVR_DEBUG")
 # Besides those of firmware/avr.mk: `kilotwin port` reads how deep the stack of a function is.
 _REPORT_FLAGS = ["-fstack-usage"]
+_WARNINGS = "warnings.json"
 _RAM_BEGIN = 0x800100  # as avr-gcc numbers it
 _BUILD_ID, _BUILD_ID_SCRIPT = "firmware/build_id.c", "firmware/build_id.ld"
 
@@ -60,6 +63,11 @@ class Image:
     def hex(self) -> Path:
         """The bytes to flash, as a .hex file."""
         return self.folder / f"{self.name}.hex"
+
+    @property
+    def warnings(self) -> list[str]:
+        """Those of the compiler about the program's own files, each with its lines."""
+        return list(json.loads((self.folder / _WARNINGS).read_text()))
 
     def objects(self, part: str) -> list[Path]:
         """Object files of `program`, in the order of its sources, or of `kilolib`."""
@@ -104,6 +112,8 @@ def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
     if not is_built(image.folder, notify):
         with building(f"compiling {program.written} for the ATmega328P", image.folder, notify):
             _build(program, compiler, runtime, image, notify)
+        if warnings := image.warnings:
+            notify(compiler_warnings.shown(warnings))
     return image
 
 
@@ -183,11 +193,13 @@ def _build(
 ) -> None:
     failure = _failure(program)
 
+    said: list[str] = []
+
     def compile_into(folder: Path, sources: Sequence[Path], flags: list[str]) -> list[Path]:
         objects = [folder / f"{k:03}-{source.stem}.o" for k, source in enumerate(sources)]
         for source, target in zip(sources, objects, strict=True):
             words = [compiler, *flags, "-c", str(source), "-o", str(target)]
-            run_tool(words, failure, confine=True)
+            run_tool(words, failure, ENGLISH, confine=True, warned=said.append)
         return objects
 
     def kept_in(folder: Path, sources: Sequence[Path], flags: list[str]) -> list[Path]:
@@ -203,8 +215,10 @@ def _build(
     with kept_folder(image.folder) as draft:
         for part in ("program", "kilolib", "helpers", "build_id"):
             (draft / part).mkdir()
-        flags = [*program_flags(program), "-w"]
+        flags = [*program_flags(program), *compiler_warnings.FLAGS]
         own = compile_into(draft / "program", program.sources, flags)
+        warnings = compiler_warnings.own_warnings(program, "".join(said))
+        (draft / _WARNINGS).write_text(json.dumps(warnings))
         check_main(program, "avr-nm", own)
         sources = APIS[program.api].helper_sources()
         helpers = kept_in(draft / "helpers", sources, _helper_flags(program))

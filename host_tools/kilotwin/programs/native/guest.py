@@ -126,6 +126,8 @@ _OUT_OF_LIMITS = re.compile(
 )
 _KILLED = re.compile(r"Killed signal terminated|CPU time limit exceeded")
 
+_SUGGESTION = re.compile(r"implicit declaration of function '(\w+)'.*did you mean '(\w+)'")
+
 # A change of a program's preprocessed text; gets the folders of headers that are not the program's.
 _Change = Callable[[str, Sequence[str]], str]
 
@@ -270,6 +272,13 @@ class _Builder:
             *more_of_side,
             *extra,
         ]
+
+    @property
+    def flags_to_look(self) -> list[str]:
+        """For a look at the program's own sources: names that nobody declares are warned of."""
+        quiet = {"-w", "-Wno-implicit-function-declaration"}
+        kept = [word for word in self._program_flags if word not in quiet]
+        return [*kept, "-Wimplicit-function-declaration"]
 
     def key(self) -> str:
         """The hash of compiler, flags, and every file that is read, or may be."""
@@ -449,6 +458,19 @@ class _Builder:
         )
 
 
+def suggestions(program: Program) -> dict[str, str]:
+    """What the compiler takes names for that the program calls and nobody declares; none of a
+    compiler that says nothing about it."""
+    compiler = find_compiler()
+    flags = _Builder(program, compiler, compiler_version(compiler)).flags_to_look
+    said: list[str] = []
+    for source in program.sources:
+        command = [compiler, *flags, "-fsyntax-only", str(source)]
+        with contextlib.suppress(InputError):
+            run_tool(command, "", ENGLISH, confine=True, warned=said.append)
+    return dict(_SUGGESTION.findall("".join(said)))
+
+
 def read_by(
     compiler: str,
     sources: Sequence[Path],
@@ -488,8 +510,10 @@ def run_tool(
     environment: Mapping[str, str] | None = None,
     *,
     confine: bool = False,
+    warned: Callable[[str], object] = lambda _: None,
 ) -> str:
-    """Output of a tool; its error becomes an InputError that begins with `failure`.
+    """Output of a tool; `warned` gets what else it says. Its error becomes an InputError that
+    begins with `failure`.
 
     `environment` comes on top of ours. `confine`: it is a compiler, which reads the program's
     folders, our headers and the system's, no other file.
@@ -501,6 +525,7 @@ def run_tool(
         Path(command[0]).name,
     )
     if done.returncode == 0:
+        warned(done.stderr)
         return done.stdout
     if os.strerror(errno.ENOSPC) in done.stderr:
         raise RunError(

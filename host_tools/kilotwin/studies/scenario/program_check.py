@@ -1,5 +1,6 @@
 """`kilotwin check`: all that a lab's CI asks of a program, in one report."""
 
+import contextlib
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -12,6 +13,7 @@ from kilotwin.experiment.programs import Program, ProgramError, find_program
 from kilotwin.files.junit import Case, Suite
 from kilotwin.files.sarif import Result
 from kilotwin.programs.cache import Notify
+from kilotwin.programs.image.image import build_image
 from kilotwin.programs.native.guest import build
 from kilotwin.programs.port.check import Report
 from kilotwin.programs.port.check import check as port
@@ -114,7 +116,21 @@ def on_this_computer(program: Program, notify: Notify) -> Step:
         build(program, notify)
     except KilotwinError as error:
         step.found += _complaints("compile", error)
+        return step
+    step.found += _warnings(program, notify)
+    if step.found:
+        step.said += f", {len(step.found)} of the compiler's warnings"
     return step
+
+
+def _warnings(program: Program, notify: Notify) -> Iterator[Found]:
+    """Those of avr-gcc about the program's own files; none where that does not compile it, which
+    the next step says."""
+    said = ""
+    with contextlib.suppress(KilotwinError):
+        said = "\n".join(build_image(program, notify).warnings)
+    for file, line, _, message in _COMPLAINT.findall(said):
+        yield Found("compile", "warning", message, file, int(line))
 
 
 def on_the_chip(

@@ -48,7 +48,7 @@ void setup() {
     RB_init(codes);
     g_ran_set_seed_uint32(0);
     kilob_tracking_init();
-    kilob_random_walk_init(RW_FORWARD_MU, RW_FORWARD_SIGMA, RW_ROTATION_CONST, RW_ROTATION_SPAN);
+    kilob_random_walk_init(3.0, 1.5, 1.5, 3.0);
     tracking_data.byte[0] = kilo_uid;
 }
 
