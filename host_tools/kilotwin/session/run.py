@@ -347,8 +347,8 @@ class _Child:
         native_s = cpu_s_of(experiment, natively=True)
         if native_s < min(whole_s / 2, cpu_s_of(experiment)):
             self._display.note(
-                f"takes about {duration_text(whole_s)}; with --set swarm.cpu=native it would be "
-                f"about {duration_text(native_s)}, by C and not by the robots' machine code "
+                f"takes about {duration_text(whole_s)}; --set swarm.cpu=native would take about "
+                f"{duration_text(native_s)} of CPU time, by C and not by the robots' machine code "
                 "(docs/limits.md)"
             )
 

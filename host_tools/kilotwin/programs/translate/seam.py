@@ -221,6 +221,18 @@ def compiled_functions(elf: Path) -> list[Function]:
     return sorted(functions, key=lambda function: function.begin)
 
 
+def own_extents(elf: Path, objects: Sequence[Path]) -> list[tuple[int, int]]:
+    """Begin and end of each function of the program's own, of a linked image and its objects."""
+    with elf.open("rb") as file:
+        symbols = list(_symbols(ELFFile(file)))
+    is_own = _is_own(objects)
+    return sorted(
+        (int(symbol["st_value"]), int(symbol["st_value"]) + int(symbol["st_size"]))
+        for source, symbol in symbols
+        if symbol["st_info"]["type"] == "STT_FUNC" and is_own(source, symbol)
+    )
+
+
 def _rare(symbols: Sequence[tuple[str, Symbol]], own: Sequence[int]) -> Iterator[tuple[int, int]]:
     """A program may have functions of these names itself, which are none of them."""
     for _, symbol in symbols:
