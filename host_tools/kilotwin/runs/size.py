@@ -1,7 +1,7 @@
 """How much a run will write, before it runs.
 
 What counts are rows of `robots`: bytes per row and column were measured with robots that walk all
-over a large arena (docs/experiments.md has the command); where they stand still it is less.
+over a large arena (docs/performance.md has the command); where they stand still it is less.
 """
 
 import math
