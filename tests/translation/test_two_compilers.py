@@ -142,3 +142,14 @@ def test_without_tcc_the_compiler_of_guests_makes_the_first_code(
     monkeypatch.setenv("KILOTWIN_CACHE", str(tmp_path / "other"))
     assert shutil.which("tcc") is None
     assert run_of(tmp_path, program, quick(program).file, whole()) == by_tcc
+
+
+def test_on_request_nothing_begins_before_its_faster_code_is_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    program = find_program([str(WALK.with_name("blink.c"))], ROOT, [], [])
+    monkeypatch.setenv("KILOTWIN_OPTIMISED", "1")
+    guest = translated_guest(program)
+    assert guest.optimised is None
+    monkeypatch.delenv("KILOTWIN_OPTIMISED")
+    assert translated_guest(program).file == guest.file

@@ -155,7 +155,7 @@ class World:
         for note in self._experiment.why_native():
             warnings.warn(note, stacklevel=2)
         guests, modules = build_all(self._experiment)
-        self._optimiser = Optimiser(guests)
+        self._optimiser = Optimiser([*guests, *([modules] if modules else [])])
         self._ran_s = self._went_on_s = 0.0
         self._names = States.of(self._experiment.keys)
         functions = LocalFunctions(self._experiment) if self._experiment.functions else None

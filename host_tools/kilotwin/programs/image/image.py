@@ -161,7 +161,7 @@ def _overflow(said: str) -> str:
 
 def _key(program: Program, compiler: str, written: BuildId, runtime: Sequence[Path]) -> str:
     own, kilolib, helped = program_flags(program), _runtime_flags(program), _helper_flags(program)
-    words = [str(written), *own, *kilolib, *helped, *_link_flags()]
+    words = [str(written), *own, *kilolib, *helped, *_link_flags(), *compiler_warnings.FLAGS]
     files = [resources.path(_BUILD_ID_SCRIPT)]
     for sources, flags in (
         (program.sources, own),
