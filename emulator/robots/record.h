@@ -117,9 +117,11 @@ struct RobotRecord : GuestTime {
     bool in_the_dark : 1 = false;  ///< no frame is being received: its program may be requested
     /// Up to only_ticks_until its program, whenever it is requested for a message, has none.
     bool has_no_message : 1 = false;
+    bool may_ask_now : 1 = false;  ///< next_ask() is the time run up to: an interrupt is not over
     /// So many times running its program had no message when requested, up to QUIET.
     uint8_t nulls : 3 = 0;
     uint8_t noted = 0;  ///< Mistakes
+    Cycles granted_from = NEVER, granted_to = 0;
 
     // ... the next two what comes in and goes out ...
     Few<Reception, 2> inbox;  ///< in order of time, from inbox_next on
@@ -127,7 +129,7 @@ struct RobotRecord : GuestTime {
     Few<MotorCommand, 2> motor_commands;
 
     // ... then what sending and receiving by the Kilobot's medium, and other outputs need ...
-    Cycles granted_from = NEVER, granted_to = 0, granted_until = 0;
+    Cycles granted_until = 0;
     message_t outgoing;  ///< of the attempt
     /// Reading of the light sensor from now on, 0..1023; set from outside.
     int16_t light = 0;

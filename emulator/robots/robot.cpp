@@ -2,6 +2,8 @@
 
 namespace kilotwin {
 
+static_assert(sizeof(Robot) == 7 * sizeof(CacheLine));
+
 Robot::Robot(RobotContext &context, Driver &driver, uint32_t index, const Calibration &calibration,
              Cycles power_up)
     : record_(context, driver, index, calibration, power_up) {

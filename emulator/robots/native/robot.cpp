@@ -109,16 +109,17 @@ void NativeRobot::set_up() {
 // Calls loop() if it is due, and again at each tick and after each message. Most calls do nothing,
 // so that what goes on between them counts: it lies in one row, with what is rare out of the way.
 void NativeRobot::run_loop() {
+    RobotRecord &robot = robot_;  // the program is not known to leave the reference alone
     const auto &table = program_->table();
     auto &ticks = *table.ticks;
     auto &budget = *table.budget;
     const auto &outputs = *table.outputs;
     const auto settle = table.settle;
     const auto &tx_period = NativeRobot::tx_period(table);
-    Cycles until = quiet_until(), before = robot_.now;
-    robot_.only_ticks_until = only_ticks_until(until);
+    Cycles until = quiet_until(), before = robot.now;
+    robot.only_ticks_until = only_ticks_until(until);
     auto call = [&] {
-        before = robot_.now;
+        before = robot.now;
         loop_();
         busy_.came_back(*program_, budget);
         look_at_outputs(outputs, settle);
@@ -128,32 +129,33 @@ void NativeRobot::run_loop() {
         call();
     }
     for (;;) {
-        Cycles at = robot_.next_tick;
-        if (at >= robot_.only_ticks_until) [[unlikely]] {
-            if (robot_.now > before) loop_due_ = true;
+        Cycles at = robot.next_tick;
+        if (at >= robot.only_ticks_until) [[unlikely]] {
+            if (robot.now > before) loop_due_ = true;
             if (loop_due_) return;
             if (!plain_tick_before(until)) {
                 if (!message_comes_next()) return;
                 take_message();
-                if (!loop_due_ || robot_.core.state != ROBOT_RUNNING) return;
+                if (!loop_due_ || robot.core.state != ROBOT_RUNNING) return;
                 loop_due_ = false;
                 until = quiet_until();
-                robot_.only_ticks_until = only_ticks_until(until);
+                robot.only_ticks_until = only_ticks_until(until);
                 call();
                 continue;
             }
-            at = std::max(at, robot_.now);
-            robot_.only_ticks_until = only_ticks_until(until);
+            at = std::max(at, robot.now);
+            robot.only_ticks_until = only_ticks_until(until);
         }
-        robot_.now = at;
-        robot_.next_tick += robot_.tick_length;
-        count_tick(ticks);
-        if (transmit_clock_is_due(&robot_.core.transmit, tx_period)) [[unlikely]] {
-            before = robot_.now;
+        robot.now = at;
+        robot.next_tick += robot.tick_length;
+        ticks = robot.last_tick = ticks + 1;
+        transmit_clock_match(&robot.core.transmit);
+        if (transmit_clock_is_due(&robot.core.transmit, tx_period)) [[unlikely]] {
+            before = robot.now;
             interrupt(table, [this, &table] { ask_for_message(table); });
-            if (robot_.arbitrated) until = quiet_until();
-            robot_.only_ticks_until = only_ticks_until(until);
-            if (robot_.now != before || !robot_.ticks_are_ordinary()) {
+            if (robot.arbitrated) until = quiet_until();
+            robot.only_ticks_until = only_ticks_until(until);
+            if (robot.now != before || !robot.ticks_are_ordinary()) {
                 loop_due_ = true;
                 return;
             }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "robots/native/fault.h"
+#include "robots/native/busy_watch.h"
 #include "robots/timer.h"
 #include "robots/translated/avr_calls.h"
 #include "robots/translated/robot.h"

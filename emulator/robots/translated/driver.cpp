@@ -84,12 +84,10 @@ void TranslatedDriver::run(RobotRecord &robot) {
 
 // The robot takes a message where a block of its code has ended: it may be an order to run. An
 // interrupt that is not over may yet put the next request forward: one that has found the channel
-// busy draws when it tries again. Within one only_ticks_until is 0.
+// busy draws when it tries again.
 Cycles TranslatedDriver::next_ask(const RobotRecord &robot) const {
     if (robot.life != RobotRecord::Life::ALIVE || robot.next_tick == NEVER) return NEVER;
-    const bool in_interrupt = robot.only_ticks_until == 0 &&
-                              of(robot).image.interrupt != TranslatedImage::Interrupt::NONE;
-    if (in_interrupt || robot.next_message <= robot.now) [[unlikely]]
+    if (robot.may_ask_now || robot.next_message <= robot.now) [[unlikely]]
         return robot.now;
     return next_ask_at_rest(robot);
 }

@@ -90,6 +90,7 @@ void TranslatedRobot::store() {
     image_.recalls_in = recalls_in;
     robot_.only_ticks_until = goes_on() ? rests_until() : 0;
     robot_.has_no_message = image_.rest.request_cycles != 0;
+    robot_.may_ask_now = image_.interrupt != Interrupt::NONE;
     if (seam_.robot != 0) {
         auto &core = robot_.core;
         static_assert(offsetof(robot_core_t, transmit.increment) == 10, "as avr-gcc packs it");
