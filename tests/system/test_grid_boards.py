@@ -177,7 +177,7 @@ def test_a_hex_is_run_as_it_is(boards: Run, run_grid: RunGrid) -> None:
     """The one that was built for `cpu = "avr"`, under the other key, to the same result."""
     modules = Experiment.load(boards.folder / "experiment.toml").modules
     assert modules is not None
-    image = build_group(replace(modules, interpreted=True)).file
+    image = build_group(replace(modules, tier="interpreted")).file
     again = run_grid("--set", "grid.cpu=avr", "--set", f"grid.hex={image}")
     assert result(again) == result(boards)
     resolved = Experiment.load(again.folder / "experiment.toml")

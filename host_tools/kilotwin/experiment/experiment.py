@@ -53,6 +53,8 @@ _OF_SWEEPS = {"base", "block", "vary", "together", "each", "seeds"}
 
 
 Tier = Literal["native", "translated", "chip", "interpreted"]
+"""How a program is executed: its C as a guest; its machine code as one; on a board's chip, whose
+code is translated, or interpreted. The engine has the same words (emulator/robots/tier.h)."""
 
 
 @dataclass(frozen=True)
@@ -62,18 +64,14 @@ class Group:
     program: Program  # without sources: an image
     count: int
     poses: list[list[float]] | None
-    on_board: bool = False  # each of them is an ATmega328P
+    tier: Tier = "native"
     boot_loader: "Target | None" = None  # whose loader is in its flash, besides the program
-    interpreted: bool = False  # on board, code is not translated
-    translated: bool = False  # as guests, by their machine code
     why_native: str = ""  # where that would be the rule
 
     @property
-    def tier(self) -> Tier:
-        """The engine's word for how their program is executed."""
-        if self.on_board:
-            return "interpreted" if self.interpreted else "chip"
-        return "translated" if self.translated else "native"
+    def on_board(self) -> bool:
+        """Whether each of them is an ATmega328P."""
+        return self.tier in ("chip", "interpreted")
 
 
 @dataclass(frozen=True)
@@ -128,7 +126,7 @@ class Experiment:
             return Experiment(
                 keys, groups, origin, None, None, lab, environment, floor, light, functions, wire
             )
-        modules = _modules(keys.grid, origin, interpreted=_interprets(keys))
+        modules = _modules(keys.grid, keys, origin)
         from kilotwin.experiment.spec.grid_plan import plan_of
 
         plan = plan_of(keys, origin, floor)
@@ -231,7 +229,7 @@ class Experiment:
         if cpu != "auto":
             table["cpu"] = cpu
         elif self.keys.swarm.profile == "kilobot":
-            table["cpu"] = "translated" if group.translated else "native"
+            table["cpu"] = "translated" if group.tier == "translated" else "native"
 
     def _resolve_grid(self, table: dict[str, Any], modules: Group) -> None:
         if modules.program.sources:
@@ -298,15 +296,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         program = _program(keys.swarm.program, ("swarm",), origin)
         program = replace(program, runtime=keys.swarm.runtime)
         cpu, why = processor_of(program, keys.swarm.cpu, keys.swarm.profile)
-        yield Group(
-            program,
-            keys.swarm.size,
-            None,
-            cpu == "avr",
-            interpreted=_interprets(keys),
-            translated=cpu == "translated",
-            why_native=why,
-        )
+        yield Group(program, keys.swarm.size, None, _tier(cpu, keys), why_native=why)
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
         if robots.hex is not None:
@@ -317,21 +307,11 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
                 robots.program, table, origin, robots.include, robots.define, api=robots.flavour
             )
             program = replace(program, runtime=_runtime(robots, keys))
-        cpu, why = robots.cpu or keys.swarm.cpu, ""
+        cpu, why = "avr" if robots.hex is not None else robots.cpu or keys.swarm.cpu, ""
         if robots.hex is None:
             cpu, why = processor_of(program, cpu, keys.swarm.profile)
-        on_board = robots.hex is not None or cpu == "avr"
         loader: Target | None = "robot" if robots.boot_loader else None
-        yield Group(
-            program,
-            robots.count,
-            robots.poses,
-            on_board,
-            loader,
-            _interprets(keys),
-            translated=robots.hex is None and cpu == "translated",
-            why_native=why,
-        )
+        yield Group(program, robots.count, robots.poses, _tier(cpu, keys), loader, why)
 
 
 def _environment(keys: ExperimentSchema, origin: ExperimentText) -> PythonName | None:
@@ -354,8 +334,11 @@ def _runtime(robots: Robots, keys: ExperimentSchema) -> Runtime:
     return robots.runtime or ("kilotwin" if robots.boot_loader else keys.swarm.runtime)
 
 
-def _interprets(keys: ExperimentSchema) -> bool:
-    return keys.engine.avr_core == "interpreted"
+def _tier(cpu: str | None, keys: ExperimentSchema) -> Tier:
+    """The tier of robots or modules with that key `cpu`."""
+    if cpu == "avr":
+        return "interpreted" if keys.engine.avr_core == "interpreted" else "chip"
+    return "translated" if cpu == "translated" else "native"
 
 
 def _lab(keys: ExperimentSchema, origin: ExperimentText) -> "tuple[tuple[int, LabRobot], ...]":
@@ -378,16 +361,16 @@ def _lab(keys: ExperimentSchema, origin: ExperimentText) -> "tuple[tuple[int, La
     return robots
 
 
-def _modules(grid: Grid, origin: ExperimentText, *, interpreted: bool) -> Group:
+def _modules(grid: Grid, keys: ExperimentSchema, origin: ExperimentText) -> Group:
     table = ("grid",)
     if grid.hex is not None:
         program = _image(grid.hex, table, origin)
     else:
         program = _program(grid.program, table, origin, grid.include, grid.define, api="module")
         program = replace(program, runtime=grid.runtime or "kilotwin")
-    on_board = grid.hex is not None or grid.cpu == "avr"
+    cpu = "avr" if grid.hex is not None else grid.cpu
     loader: Target | None = "module" if grid.boot_loader else None
-    return Group(program, grid.columns * grid.rows, None, on_board, loader, interpreted)
+    return Group(program, grid.columns * grid.rows, None, _tier(cpu, keys), loader)
 
 
 def _image(written: str, table: KeyPath, origin: ExperimentText) -> Program:

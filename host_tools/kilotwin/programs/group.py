@@ -26,9 +26,9 @@ def build_group(
     program marks what runs. `sanitized`: a native one looks for undefined behaviour. `at_once`: of
     a translation, what is compiled in a moment will do (translate/translation.py).
 
-    Of an image, that is its translation unless the group is interpreted, or cannot be translated.
+    Of an image, that is its translation unless it is to be interpreted, or cannot be translated.
     """
-    if group.translated:
+    if group.tier == "translated":
         from kilotwin.programs.translate.translation import translated_guest
 
         return translated_guest(group.program, notify, covered=covered, at_once=at_once)
@@ -37,7 +37,7 @@ def build_group(
         return build(group.program, notify, flags, covered=covered)
     guest = _image_of(group, notify)
     code = None
-    if not group.interpreted:
+    if group.tier != "interpreted":
         from kilotwin.programs.translate.translation import translated
 
         code = translated(guest.file, notify, at_once=at_once)

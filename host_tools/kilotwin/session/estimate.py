@@ -24,4 +24,6 @@ def cpu_s_of(experiment: Experiment, *, natively: bool = False) -> float:
 def _robot_cpu_s(group: Group, medium: str, natively: bool) -> float:
     if group.on_board:
         return _BOARD_CPU_S
-    return _TRANSLATED_CPU_S if group.translated and not natively else _ROBOT_CPU_S[medium]
+    return (
+        _TRANSLATED_CPU_S if group.tier == "translated" and not natively else _ROBOT_CPU_S[medium]
+    )

@@ -19,14 +19,14 @@ def expected(experiment: Experiment, guests: Sequence[Guest]) -> tuple[Files, ..
     return tuple(
         (str(guest.file), str(guest.optimised))
         for group, guest in pairs
-        if group.translated and guest.optimised is not None
+        if group.tier == "translated" and guest.optimised is not None
     )
 
 
 def runs_native_code(experiment: Experiment) -> bool:
     """Whether programs run as the compiler made them: their process is closed to all later code."""
     groups = [*experiment.groups, *([experiment.modules] if experiment.modules else [])]
-    return any(not (group.translated or group.on_board) for group in groups)
+    return any(group.tier == "native" for group in groups)
 
 
 class FasterCode(Companion):

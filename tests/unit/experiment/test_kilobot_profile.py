@@ -52,7 +52,7 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
     lamps = {"ambient": 50, "sources": sources, "picture": None, "white": 0.0}
     assert spec["light"] == lamps
     assert spec["battery_h"] == 2
-    assert spec["temperature"] == 280
+    assert spec["readings"] == {"temperature": 280}
 
 
 def test_a_foot_bot_moves_without_noise(load: Load) -> None:

@@ -38,7 +38,7 @@ def loaded(
 
 def test_kilobots_run_translated_and_the_run_folder_says_so(tmp_path: Path) -> None:
     experiment = loaded(tmp_path)
-    assert experiment.groups[0].translated
+    assert experiment.groups[0].tier == "translated"
     assert experiment.resolved()["robots"][0]["cpu"] == "translated"
     assert "cpu" not in experiment.resolved()["swarm"]
     assert list(experiment.notes()) == []
@@ -46,7 +46,7 @@ def test_kilobots_run_translated_and_the_run_folder_says_so(tmp_path: Path) -> N
 
 def test_foot_bots_run_natively_without_a_word(tmp_path: Path) -> None:
     experiment = loaded(tmp_path, profile="foot-bot")
-    assert not experiment.groups[0].translated
+    assert experiment.groups[0].tier == "native"
     assert "cpu" not in experiment.resolved()["robots"][0]
     assert list(experiment.notes()) == []
 
@@ -56,7 +56,7 @@ def test_a_processor_that_is_asked_for_is_what_runs(
     cpu: str, *, translated: bool, tmp_path: Path
 ) -> None:
     experiment = loaded(tmp_path, keys=f'cpu = "{cpu}"')
-    assert experiment.groups[0].translated == translated
+    assert (experiment.groups[0].tier == "translated") == translated
     assert experiment.resolved()["robots"][0]["cpu"] == cpu
     assert list(experiment.notes()) == []
 
@@ -72,7 +72,7 @@ def test_without_avr_gcc_kilobots_run_natively_and_a_line_says_what_to_type(
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     experiment = loaded(tmp_path)
-    assert not experiment.groups[0].translated
+    assert experiment.groups[0].tier == "native"
     assert experiment.resolved()["robots"][0]["cpu"] == "native"
     [note] = experiment.notes()
     assert note.endswith("avr-gcc is not here; type: apt-get install gcc-avr avr-libc binutils-avr")
@@ -81,7 +81,7 @@ def test_without_avr_gcc_kilobots_run_natively_and_a_line_says_what_to_type(
 def test_a_program_without_kilo_start_runs_natively_and_a_line_says_why(tmp_path: Path) -> None:
     text = "#include <kilolib.h>\nint main(void) { kilo_init(); for (;;) delay(1); }\n"
     experiment = loaded(tmp_path, text=text)
-    assert not experiment.groups[0].translated
+    assert experiment.groups[0].tier == "native"
     [note] = experiment.notes()
     assert "my.c runs natively (docs/limits.md): it has no kilo_start()" in note
 
@@ -89,4 +89,4 @@ def test_a_program_without_kilo_start_runs_natively_and_a_line_says_why(tmp_path
 def test_kilo_start_may_be_in_a_header_beside_it(tmp_path: Path) -> None:
     (tmp_path / "start.h").write_text("#define START kilo_start(setup, loop)\n")
     text = '#include "start.h"\n' + PROGRAM.replace("kilo_start(setup, loop)", "START")
-    assert loaded(tmp_path, text=text).groups[0].translated
+    assert loaded(tmp_path, text=text).groups[0].tier == "translated"

@@ -66,7 +66,7 @@ def own_marks(experiment: Experiment, marks: Iterable[Marks]) -> Iterator[tuple[
     modules = [] if experiment.modules is None else [experiment.modules]
     for group, own in zip([*experiment.groups, *modules], marks, strict=False):
         if not group.on_board:
-            yield Covered(group.program, group.translated), own
+            yield Covered(group.program, group.tier == "translated"), own
 
 
 def _both(one: Source, other: Source) -> Source:

@@ -47,7 +47,7 @@ def flags() -> list[str]:
 def check_sanitized(experiment: Experiment) -> None:
     """InputError if the robots of a group do not run natively."""
     for group in experiment.groups:
-        if group.translated or group.on_board:
+        if group.tier != "native":
             raise InputError(
                 f"--sanitize: {group.program.written} runs by its machine code; leave its cpu "
                 'out, or set it to "native"'

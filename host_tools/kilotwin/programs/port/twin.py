@@ -110,8 +110,7 @@ def native_kilobots(
 ) -> Iterator[tuple[Program, Guest]]:
     """Programs that run natively where Kilobots have them, of what its groups were built to."""
     for group, guest in zip(experiment.groups, guests, strict=False):
-        native = not (group.on_board or group.translated)
-        if native and experiment.keys.swarm.profile == "kilobot":
+        if group.tier == "native" and experiment.keys.swarm.profile == "kilobot":
             yield group.program, guest
 
 

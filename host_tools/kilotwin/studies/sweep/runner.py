@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError, RunError
-from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.experiment import Experiment, Tier
 from kilotwin.experiment.programs import Program
 from kilotwin.files import confinement
 from kilotwin.files.build_id import Target
@@ -102,7 +102,7 @@ class Sweep:
     def prepare(plan: Plan, folder: Path, notify: Notify) -> "Sweep":
         """Builds the programs, looks what is in the folder, and writes nothing into it."""
         data = DataSet.at(folder, engine_sha256())
-        guests: dict[tuple[Program, bool, Target | None, bool, bool], Guest] = {}
+        guests: dict[tuple[Program, Tier, Target | None], Guest] = {}
         keys = []
         native: list[tuple[Program, Guest]] = []
         at_once = sum(cpu_s_of(trial.experiment) for trial in plan.trials) < _LONG_CPU_S
@@ -115,13 +115,7 @@ class Sweep:
                 parts.append(trial.experiment.modules)
             groups = [
                 (
-                    (
-                        group.program,
-                        group.on_board,
-                        group.boot_loader,
-                        group.interpreted,
-                        group.translated,
-                    ),
+                    (group.program, group.tier, group.boot_loader),
                     group,
                 )
                 for group in parts
