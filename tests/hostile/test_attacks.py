@@ -23,6 +23,7 @@ duration_s = 4
 arena.diameter_m = 6.0
 [swarm]
 profile = "kilobot"
+cpu = "native"
 [record]
 sample_s = 0.5
 [[robots]]

@@ -159,7 +159,8 @@ LAST = "last to run was ends_run robot 1"
 DAMAGED = "is damaged; one of the programs wrote into the run folder"
 # Ways of ends_run.c of which more is said than that the process ended: a part of it.
 SAID = {
-    **dict.fromkeys((1, 2, 3, 4, 10, 13, 14, 15), LAST),
+    **dict.fromkeys((1, 2, 3, 4, 10, 14, 15), LAST),
+    13: "last to run was ends_run robot",  # or the one that found the damage
     11: f"manifest.json: {DAMAGED}",
     12: "cannot write (is a directory)",
     16: f"robots.arrows: {DAMAGED}",

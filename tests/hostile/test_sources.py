@@ -15,6 +15,7 @@ duration_s = 0.1
 arena.diameter_m = 1.0
 [swarm]
 profile = "kilobot"
+cpu = "native"
 program = "programs/one/mine.c"
 size = 1
 """

@@ -49,7 +49,11 @@ PIECES = {
     ),
     "translated-robots": Piece(
         "60 programs in the styles of published ones decide translated as on the chip",
-        ("tests/translation/test_guests.py", "tests/translation/test_known_passes.py"),
+        (
+            "tests/translation/test_guests.py",
+            "tests/translation/test_known_passes.py",
+            "tests/translation/test_two_compilers.py",
+        ),
         20,
     ),
     "optimise": Piece(
@@ -114,7 +118,7 @@ PIECES = {
         (
             "tests/system/test_grid_boards.py",
             "tests/system/test_grid_check.py",
-            "tests/unit/compare/",
+            "tests/unit/truth/",
         ),
         60,
     ),

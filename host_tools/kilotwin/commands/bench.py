@@ -68,10 +68,11 @@ def bench(
 ) -> None:
     """Measure robot-seconds per CPU-second on one core."""
     names = [one.value for one in workloads or Workload]
-    os.environ[OPTIMISED] = "1"  # each run is of the same code
     note = steps.note(quiet)
     results: list[dict[str, Any]] = []
     interrupted = False
+    before = os.environ.get(OPTIMISED)
+    os.environ[OPTIMISED] = "1"  # each run is of the same code
     try:
         if against is None:
             table_text = measure.table_text
@@ -81,6 +82,10 @@ def bench(
             results.extend(two_engines.measure(names, against, repeats, duration_s, note))
     except (InterruptError, KeyboardInterrupt):
         interrupted = True
+    finally:
+        os.environ.pop(OPTIMISED)
+        if before is not None:
+            os.environ[OPTIMISED] = before
     if results or as_json:
         typer.echo(json.dumps(results, indent=2) if as_json else table_text(results))
     if interrupted:

@@ -142,16 +142,10 @@ class World:
         settings = [parse_setting(text) for text in given.set]
         if seed is not None:
             settings.append(Setting(("seed",), _plain(seed), f"seed={seed}"))
-        if given.experiment is not None:
-            key = key_of(Path(given.experiment))
-            if key is not None:
-                what = f"World: {given.experiment} is a robot's program, not an experiment file"
-                raise InputError(f'{what}; type World({key}="{given.experiment}")')
-            if keys:
-                raise InputError(f"World: '{next(iter(keys))}' goes without a file; use set=[...]")
-            self._experiment = Experiment.load(Path(given.experiment), settings)
-        else:
+        if given.experiment is None:
             self._experiment = experiment_of(keys, settings)
+        else:
+            self._experiment = _loaded(Path(given.experiment), keys, settings)
         for note in self._experiment.why_native():
             warnings.warn(note, stacklevel=2)
         guests, modules = build_all(self._experiment)
@@ -499,6 +493,17 @@ class World:
         profile = PROFILES[self._experiment.keys.swarm.profile]
         to = uids(command, self._experiment.uid_of)
         self._simulation.send(message_of(command, profile), *to, region(command))
+
+
+def _loaded(file: Path, keys: Mapping[str, Any], settings: list[Setting]) -> Experiment:
+    """The experiment of a file, beside which `World` takes no keys."""
+    key = key_of(file)
+    if key is not None:
+        what = f"World: {file} is a robot's program, not an experiment file"
+        raise InputError(f'{what}; type World({key}="{file}")')
+    if keys:
+        raise InputError(f"World: '{next(iter(keys))}' goes without a file; use set=[...]")
+    return Experiment.load(file, settings)
 
 
 def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experiment:

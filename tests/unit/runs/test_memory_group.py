@@ -13,6 +13,7 @@ EXPERIMENT = """\
 duration_s = 0.1
 arena.diameter_m = 1.0
 [swarm]
+cpu = "native"
 profile = "kilobot"
 program = "blink.c"
 size = 1

@@ -552,12 +552,12 @@ def _done(
 ) -> "subprocess.CompletedProcess[str]":
     """A tool that has ended; RunError if it does not within _LONGEST_S, with all that it started.
 
-    A header may be a pipe that nobody writes. What it prints goes to files, which its limits bound:
-    one source can have a billion errors, of which the first and the last are kept.
+    A header may be a pipe that nobody writes. What it prints goes to files in memory, which its
+    limits bound: one source can have a billion errors, of which the first and the last are kept.
     """
     with (
-        tempfile.TemporaryFile() as out,
-        tempfile.TemporaryFile() as said,
+        os.fdopen(os.memfd_create("out"), "w+b") as out,
+        os.fdopen(os.memfd_create("said"), "w+b") as said,
         subprocess.Popen(
             command,
             env=environment,
