@@ -36,13 +36,14 @@ constexpr uint64_t COMPILER_MEMORY_BYTES = uint64_t{3} << 30, COMPILER_FILE_BYTE
 
 /// Confines this process, which must have one thread: threads that it has already keep their files.
 /// A system call that is not left fails with EPERM; made by a guest it ends the guest's call
-/// (robots/native/stack.h). Guests are loaded behind it, so it still maps code of files that it may read,
-/// until close_worker(). Takes some milliseconds. Returns the layers that the kernel lacks, each as
-/// a clause; empty: all is as said. EngineError if the kernel has a layer and refuses it.
+/// (robots/native/stack.h). Guests are loaded behind it, so it still maps code of files that it may
+/// read, until close_worker(). Takes some milliseconds. Returns the layers that the kernel lacks,
+/// each as a clause; empty: all is as said. EngineError if the kernel has a layer and refuses it.
 std::vector<std::string> confine_worker(const Confinement &wanted);
 
 /// Takes what a confined worker has for loading guests alone, and limits its memory; called before
-/// the first guest runs (robots/native/stack.h). Nothing happens where it is not confined, or closed.
+/// the first guest runs (robots/native/stack.h). Nothing happens where it is not confined, or
+/// closed.
 void close_worker();
 
 /// Nothing is loaded any more: the next close_worker() closes.

@@ -46,7 +46,8 @@ void register_process(nb::module_ &m) {
           "the layers that the kernel lacks.");
     m.def("end_loading", &end_loading, "No faster code comes any more; see base/confinement.h.");
     m.def("take_over", &TranslatedProgram::take_over, nb::arg("path"), nb::arg("faster"),
-          "Executes a loaded translation by faster code from now on; see robots/translated/program.h.");
+          "Executes a loaded translation by faster code from now on; see "
+          "robots/translated/program.h.");
     m.def("lacking_layers", &lacking_layers, "Layers of confine() that this kernel lacks.");
     m.def("reference_loop_s", &reference_loop_s, "CPU time of a loop that never changes, in s.");
 }

@@ -64,7 +64,7 @@ static void report_spent(const uint8_t *frame) { kt_host->spent(frame); }
 /// call it (count_loops.h).
 void __sanitizer_cov_trace_pc(void);
 #ifdef KT_COVERED
-// Where a program is built to be covered (programs/native/guest.py), the calls that have run, of all robots,
+// Where a program is built to be covered (guest.py), the calls that have run, of all robots,
 // by the addresses in the file that they return to. gcc's programs call it only then.
 __attribute__((visibility("default"))) uint8_t kt_coverage[KT_COVERED] KT_SHARED = {0};
 extern const char __ehdr_start[] __attribute__((visibility("hidden")));
