@@ -144,7 +144,7 @@ void SystemCallFilter::allow_work(bool sockets) {
     for (const int number : WORKER) answer(number, ALLOW);
     if (sockets)
         for (const int number : OPEN_SOCKETS) answer(number, ALLOW);
-    // To nobody but the other end of a connection, even by sockets that need none (UDP).
+    // A send names no address: it reaches the other end of a connection alone, also by UDP.
     if (sockets) allow_if(SYS_sendto, {{4, WHOLE, 0}, {4, WHOLE, 0, true}});
     // Private memory, which is counted.
     allow_if(SYS_mmap, {{2, PROT_EXEC, 0}, {3, MAP_SHARED | MAP_GROWSDOWN, 0}});

@@ -1,4 +1,4 @@
-// What a module's program calls, beside what all guests do (robots/native/guest.cpp): its init,
+// Calls of a module's program, beside those of all guests (robots/native/guest.cpp): its init,
 // lights, cells and CAN frames.
 #include <algorithm>
 #include <cstddef>

@@ -72,7 +72,7 @@ nb::list native_prints(const DifferentialTest &self) {
     return out;
 }
 
-/// Of one robot.
+/// The driver of one robot with that program.
 std::unique_ptr<Driver> driver_of(const std::string &tier, const std::string &guest,
                                   const std::string &name) {
     switch (tier_of(tier)) {

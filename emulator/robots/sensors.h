@@ -21,7 +21,7 @@ using Readings = std::array<int16_t, CONVERTER_CHANNELS>;
 struct Sensor {
     const char *name;
     uint8_t channel;  ///< of the converter
-    int16_t usual;    ///< reading of a board that nobody sets
+    int16_t usual;    ///< reading of a board whose pin no test sets
     /// Reading at a moment; null: that of the run (RobotContext::readings), for all robots.
     int16_t (*read)(const RobotRecord &robot, Cycles at);
 };
@@ -42,10 +42,10 @@ constexpr const Sensor *sensor_on(uint8_t channel) {
     return nullptr;
 }
 
-/// What a robot's converter reads of a channel at a moment, without noise.
+/// The reading of a robot's converter on a channel at a moment, without noise.
 int16_t reading_of(const RobotRecord &robot, uint8_t channel, Cycles at);
 
-/// Readings of a board that nobody sets.
+/// Readings of a board whose pins no test sets.
 constexpr Readings usual_readings() {
     Readings readings = {};
     for (const Sensor &sensor : SENSORS) readings[sensor.channel] = sensor.usual;

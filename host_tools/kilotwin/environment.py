@@ -1,4 +1,4 @@
-"""What a virtual environment's program imports for its type hints (docs/environment.md)."""
+"""Types that a virtual environment's program imports for its hints (docs/environment.md)."""
 
 from kilotwin.table.environment.protocol import Arena, Environment, Seen, SeenRobot, Sender
 

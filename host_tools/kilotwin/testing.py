@@ -1,4 +1,4 @@
-"""What tests of robots' programs import (docs/testing.md); the work is in studies/testing."""
+"""Assertions for tests of robots' programs (docs/testing.md); the work is in studies/testing."""
 
 from kilotwin.studies.testing.asserts import assert_share, assert_within
 

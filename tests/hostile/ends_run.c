@@ -25,7 +25,7 @@ static const char *numbered(long number) {
     return path;
 }
 
-/// What it does to files of the run folder.
+/// Ways to spoil files of the run folder.
 static void spoil_files(void) {
     switch (WAY) {
     case 10:  // the manifest is no JSON any more

@@ -40,7 +40,7 @@ count = 4
 
 
 def table_of(name: str, line: str) -> list[str]:
-    """What `line` finds in a table of attacks.c."""
+    """Matches of `line` in a table of attacks.c."""
     text = TEXT[TEXT.index(f" {name}[") :]
     return re.findall(line, text[: text.index("\n};")], re.MULTILINE)
 

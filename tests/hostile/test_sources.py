@@ -58,7 +58,7 @@ REFUSED = {
         CANNOT_BE_LOADED + "variables of a thread",
     ),
 }
-# What is left out, or does nothing.
+# Sources that are left out, or do nothing.
 HARMLESS = {
     "incbin": '__asm__(".pushsection .rodata; .incbin \\"OUTSIDE/key\\"; .popsection");',
     "plugin": '#pragma GCC optimize("-fplugin=OUTSIDE/key")',

@@ -11,7 +11,7 @@ from kilotwin.programs.port.trial import Trial
 
 TEXT = (Path(__file__).parents[2] / "docs/porting.md").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^### \[([\w-]+)\]\n(.*?)(?=^##)", TEXT, re.MULTILINE | re.DOTALL))
-# What a page does not show in each of its pieces.
+# Functions that a page does not show in each of its pieces.
 FUNCTIONS = {
     "void setup(": "static void setup(void) {}\n",
     "void loop(": "static void loop(void) {}\n",

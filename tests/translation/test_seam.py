@@ -1,4 +1,4 @@
-"""What of a robot's runtime is translated with its program (programs/translate/seam.py)."""
+"""Parts of a robot's runtime that are translated with its program (programs/translate/seam.py)."""
 
 from pathlib import Path
 

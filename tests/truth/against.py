@@ -8,6 +8,7 @@ project carries or three and more of your own (.kilodat or .kilodat.xz). Exits 1
 import argparse
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,26 +29,17 @@ def with_paper(folder: Path, where: list[str], logs: list[Path]) -> Found:
     return paper.as_dict(readings), paper.report_text(readings), good
 
 
-def with_logs(folder: Path, where: list[str], logs: list[Path]) -> Found:
-    found = real_runs.compare(folder, logs)
-    return found.as_dict(), real_runs.report_text(found), found.within_bounds
+def with_robots(reference: Any, *given: Any) -> Found:
+    """Compared by a module of references to real robots."""
+    found = reference.compare(*given)
+    return found.as_dict(), reference.report_text(found), found.within_bounds
 
 
-def with_walks(folder: Path, where: list[str], logs: list[Path]) -> Found:
-    found = kilogrid_walk.compare(folder)
-    return found.as_dict(), kilogrid_walk.report_text(found), found.within_bounds
-
-
-def with_uplink(folder: Path, where: list[str], logs: list[Path]) -> Found:
-    found = kilogrid_uplink.compare(folder)
-    return found.as_dict(), kilogrid_uplink.report_text(found), found.within_bounds
-
-
-REFERENCES = {
+REFERENCES: dict[str, Callable[[Path, list[str], list[Path]], Found]] = {
     "paper": with_paper,
-    "kilogrid-walk": with_walks,
-    "kilogrid-uplink": with_uplink,
-    "real": with_logs,
+    "kilogrid-walk": lambda folder, *_: with_robots(kilogrid_walk, folder),
+    "kilogrid-uplink": lambda folder, *_: with_robots(kilogrid_uplink, folder),
+    "real": lambda folder, _, logs: with_robots(real_runs, folder, logs),
 }
 
 

@@ -1,4 +1,4 @@
-// What a native robot's program calls, beside what all guests do (guest.cpp): the Kilobot's init,
+// Calls of a native robot's program, beside those of all guests (guest.cpp): the Kilobot's init,
 // sensors, serial line and outputs.
 #include <algorithm>
 #include <cstring>

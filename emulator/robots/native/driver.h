@@ -36,7 +36,7 @@ class NativeDriver final : public Driver {
     }
 
     Program &program_;
-    /// Of each robot: its NativeRobot, then its variables, which begin a cache line.
+    /// Each robot's NativeRobot, then its variables, which begin a cache line.
     Swarm<CacheLine> memory_;
     size_t used_ = 0;  ///< lines
 };

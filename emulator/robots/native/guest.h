@@ -62,7 +62,7 @@ class NativeGuest : protected GuestState {
     }
     void came_back() { busy_.came_back(*program_, *table().budget); }
 
-    // What a robot and a module do in their own ways.
+    // Acts that a robot and a module do in their own ways.
 
     virtual void live() = 0;                   ///< on the guest stack: main(), then the main loop
     virtual void init() = 0;                   ///< kilo_init(), module_init()

@@ -26,7 +26,7 @@ namespace kilotwin {
 
 /// State of a native robot besides its record, its guest and its variables.
 struct NativeRobotState {
-    /// What few robots have: those that heard others answer a host, printed by the serial line, or
+    /// State of few robots: those that received answers to a host, printed by the serial line, or
     /// read their gains from an EEPROM that was written to.
     struct Rare {
         Own<gain_tables_t> gains;  ///< null: those of its calibration

@@ -21,7 +21,7 @@ struct SeenFrame {
 };
 
 struct TranslatedState {
-    /// What few robots have: those that light fell on, that wrote to their EEPROM, or that printed.
+    /// State of few robots: those that light fell on, that wrote to their EEPROM, or that printed.
     struct Rare {
         Own<std::string> line;          ///< that it prints
         uint64_t eeprom_free = 0;       ///< when it has written the last byte

@@ -36,7 +36,7 @@ _WORDS = {
     list: "list",
     dict: "table",
 }
-# What a table takes whose keys are names of the user's.
+# Values of tables whose keys are names of the user's.
 _VALUES = {"parameters": "as declared", "states": "list or colour"}
 # Ranges that the types do not have.
 _ALLOWED = {

@@ -222,7 +222,7 @@ class Experiment:
         return tables
 
     def _resolve_cpu(self, table: dict[str, Any], group: Group) -> None:
-        """Of a Kilobot the one that "auto" is here: elsewhere it may be another one."""
+        """Writes what "auto" means for a Kilobot here: elsewhere it may be another processor."""
         if not group.program.sources:
             return
         cpu = table.pop("cpu", None) or self.keys.swarm.cpu

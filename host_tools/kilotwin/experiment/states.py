@@ -1,6 +1,7 @@
 """A robot's state is what its LED shows; an experiment's [states] name the colours."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +68,14 @@ class Counts:
     resting: NDArray[np.int64]  # [k, sites]
     not_resting: NDArray[np.int64]  # [k]
     in_state: NDArray[np.int64]  # [k, known states]
+
+    def last(self, keys: ExperimentSchema) -> dict[str, Any]:
+        """The newest sample: robots `resting`, by the name of each site, and `not_resting`."""
+        names = [site.name for site in keys.site]
+        return {
+            "resting": dict(zip(names, self.resting[-1].tolist(), strict=True)),
+            "not_resting": int(self.not_resting[-1]),
+        }
 
 
 def count(states: States, led: NDArray[np.uint8], site: NDArray[np.uint8], sites: int) -> Counts:

@@ -1,4 +1,4 @@
-"""What a compiler warns of in a program's own files. Our headers are not the user's to mend."""
+"""A compiler's warnings of a program's own files. Our headers are not the user's to mend."""
 
 import re
 from collections.abc import Iterator

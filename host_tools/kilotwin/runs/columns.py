@@ -9,7 +9,7 @@ has each robot's own value.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 import pyarrow as pa
@@ -273,6 +273,15 @@ MODULES_SCHEMA = pa.schema(
 
 COUNTERS = ("state", "can", "tec", "rec", "frames_refused", "frames_missed")
 """Columns of a module that are recorded, and told at any moment."""
+
+
+def chosen_of(samples: "Samples", chosen: NDArray[np.bool_]) -> "Samples":
+    """Some of the samples, with all that they have. Columns of objects are empty without any."""
+    columns: Any = samples
+    return cast(
+        "Samples",
+        {name: rows[chosen] if len(rows) else rows for name, rows in columns.items()},
+    )
 
 
 def module_rows(tick: int, modules: "list[ModuleRecord]") -> pa.RecordBatch:

@@ -57,12 +57,6 @@ class Rows:
         return column in self._index.names
 
     @property
-    def batch_bytes(self) -> int:
-        """Bytes that a batch takes in the file, on average; 1 without any."""
-        batches = self._index.batches
-        return max(1, batches[-1].end // len(batches)) if batches else 1
-
-    @property
     def columns(self) -> list[str]:
         """Those that the run recorded; none before its first sample."""
         return self._index.names

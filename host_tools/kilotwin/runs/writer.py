@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from kilotwin import __version__
 from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.schema.record import EXTRA_OF, Record
+from kilotwin.experiment.schema.record import Record
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
-from kilotwin.runs.columns import MODULES_SCHEMA, Records, module_rows
+from kilotwin.runs.columns import MODULES_SCHEMA, Records, chosen_of, module_rows
 from kilotwin.runs.folder import (
     EVENTS,
     EXPERIMENT,
@@ -173,18 +173,8 @@ def _at(
     samples: "Samples", measured: MetricValues, chosen: NDArray[np.bool_]
 ) -> "tuple[Samples, MetricValues]":
     """The chosen ones of some samples, with what robots' rows need."""
-    part: Samples = {
-        "tick": samples["tick"][chosen],
-        "x_m": samples["x_m"][chosen],
-        "y_m": samples["y_m"][chosen],
-        "heading_rad": samples["heading_rad"][chosen],
-        "led": samples["led"][chosen],
-        "site": samples["site"][chosen],
-    }
-    for name in EXTRA_OF.keys() & samples.keys():
-        part[name] = samples[name][chosen]  # type: ignore[literal-required]
     of_robots = {name: values[chosen] for name, values in measured.of_robots.items()}
-    return part, MetricValues(of_robots=of_robots)
+    return chosen_of(samples, chosen), MetricValues(of_robots=of_robots)
 
 
 def _make_folder(folder: Path, resolved: str, manifest: dict[str, Any]) -> Reserve:

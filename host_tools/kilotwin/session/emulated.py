@@ -66,7 +66,7 @@ class EmulatedWorld(Table):
         return self.snapshot()
 
     def events(self) -> list[dict[str, Any]]:
-        """What robots and modules did since the last call, in order of time; ticks are the run's.
+        """Events of robots and modules since the last call, in order of time; ticks are the run's.
         Those of modules have the key `module`, those of robots `robot`."""
         modules = [event for host in self.hosts for event in host.module_events()]
         return sorted(modules + self.robot_events(), key=lambda event: event["tick"])

@@ -14,7 +14,7 @@ Files = tuple[str, str]
 
 
 def expected(experiment: Experiment, guests: Sequence[Guest]) -> tuple[Files, ...]:
-    """What may come for the groups of an experiment, of what was built for each."""
+    """The faster code that may come for an experiment's groups, by the guest of each."""
     pairs = zip(experiment.groups, guests, strict=True)
     return tuple(
         (str(guest.file), str(guest.optimised))

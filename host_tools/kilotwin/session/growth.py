@@ -21,7 +21,7 @@ class Growth:
         self._next_look_s = 0.0
 
     def too_much(self, process: int | None = None) -> str:
-        """What is too much, as a clause; "" while it is not. To be asked while `process` runs, as
+        """The excess as a clause; "" while there is none. To be called while `process` runs, as
         often as one likes: files without a name that it has open count too; and at the end."""
         began_s = time.monotonic()
         if process is not None and began_s < self._next_look_s:

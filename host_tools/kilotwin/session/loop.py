@@ -10,7 +10,7 @@ NEVER = 2**62
 
 
 class Table(ABC):
-    """What a run stands on: an emulated world, or robots at the end of buses and serial lines."""
+    """The ground of a run: an emulated world, or robots at the end of buses and serial lines."""
 
     @property
     @abstractmethod
@@ -28,7 +28,7 @@ class Table(ABC):
 
 
 class Companion:
-    """What takes part in a run beside the robots: a grid's host, a viewer, the recorder ..."""
+    """A participant of a run beside the robots: a grid's host, a viewer, the recorder ..."""
 
     def step(self, now: int) -> None:
         """Does what is due at the tick `now`, and nothing else: it may be called at any tick, and
@@ -59,6 +59,26 @@ class Each(Companion):
     def step(self, now: int) -> None:
         """Acts."""
         self._act()
+
+
+class EachTick(Companion):
+    """A companion that acts once a tick."""
+
+    _due = -NEVER
+
+    def step(self, now: int) -> None:
+        """Acts, if it has not yet at this tick."""
+        if now >= self._due:
+            self._due = now + 1
+            self.act(now)
+
+    def next_due(self) -> int:
+        """The next tick."""
+        return self._due
+
+    @abstractmethod
+    def act(self, now: int) -> None:
+        """Its act at the tick `now`."""
 
 
 class Attention(Companion):

@@ -124,7 +124,7 @@ class Recorder(Companion, Generic[WriterT]):
         self._last = counts
         if time.perf_counter() - self._reported_at > _PROGRESS_S:
             self._reported_at = time.perf_counter()
-            shown = {"tick": self._world.run_tick, **self._robots_now(counts)}
+            shown = {"tick": self._world.run_tick, **counts.last(self._experiment.keys)}
             self._report({"type": "progress", **shown, "metrics": self.meter.latest})
 
     def _measure(self, samples: "Samples", *, last: bool) -> MetricValues:
@@ -141,20 +141,13 @@ class Recorder(Companion, Generic[WriterT]):
             self.writer.add_events([event])
         return measured
 
-    def _robots_now(self, counts: Counts) -> dict[str, Any]:
-        names = [site.name for site in self._experiment.keys.site]
-        return {
-            "resting": dict(zip(names, counts.resting[-1].tolist(), strict=True)),
-            "not_resting": int(counts.not_resting[-1]),
-        }
-
     def summary(self) -> dict[str, Any]:
-        """What robots did, and how they are in the run's last moment."""
-        last = self._last
-        if last is None:
-            last = self.writer.count(self._world.snapshot())
+        """Events and failures of robots, and how they are in the run's last moment."""
+        counts = self._last
+        if counts is None:
+            counts = self.writer.count(self._world.snapshot())
         return {
-            **self._robots_now(last),
+            **counts.last(self._experiment.keys),
             "events": dict(self.kinds),
             "robots_failed": self._failed,
             "causes": [cause.as_dict("robot") for cause in causes(self._failed)],

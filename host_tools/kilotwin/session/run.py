@@ -462,7 +462,7 @@ class _Child:
         return self._overgrown(process.pid)
 
     def _overgrown(self, process: int | None = None) -> str:
-        """What is too much in the run folder, while the process writes it or at the end."""
+        """The excess in the run folder, while the process writes it or at the end; "" if none."""
         if self._growth is None:
             return ""
         trouble = self._growth.too_much(process)

@@ -17,7 +17,7 @@ from kilotwin.runs.folder import CAN_LOG
 from kilotwin.runs.tracking import sites_of_cells
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.job import Serving
-from kilotwin.session.loop import Companion
+from kilotwin.session.loop import EachTick
 from kilotwin.session.served_dispatcher import ServedDispatcher
 from kilotwin.table.can.bridge import open_bridge
 from kilotwin.table.grid import frames as wire
@@ -35,7 +35,7 @@ _QUIET_S, _GRACE_S = 3.0, 30.0
 _FLUSH_S = 0.5
 
 
-class ServedTable(Companion):
+class ServedTable(EachTick):
     """The engine's buses for programs outside, and a dispatcher on them."""
 
     def __init__(
@@ -66,7 +66,6 @@ class ServedTable(Companion):
         self._flushed = self._taken = time.monotonic()
         # Ticks of the last frame of the host, and of the last one that leaves all idle.
         self._received_at = self._idle_at = simulation.tick
-        self._due = simulation.tick
         self.zero_tick: int | None = None
         """The engine's tick at the first RUN."""
 
@@ -85,11 +84,8 @@ class ServedTable(Companion):
         waited = self._simulation.tick - max(self._received_at, end)
         return waited >= ticks(_GRACE_S if self._received_at > self._idle_at else _QUIET_S)
 
-    def step(self, now: int) -> None:
-        """Hands over frames both ways, once a tick."""
-        if now < self._due:
-            return
-        self._due = now + 1
+    def act(self, now: int) -> None:
+        """Hands over frames both ways."""
         frames = self._simulation.can_frames()
         if len(frames):
             self._bridge.publish(frames)
@@ -104,10 +100,6 @@ class ServedTable(Companion):
         if self._log is not None and time.monotonic() - self._flushed > _FLUSH_S:
             self._flushed = time.monotonic()
             self._log.flush()
-
-    def next_due(self) -> int:
-        """The next tick."""
-        return self._due
 
     def _pass_on(self) -> None:
         """Frames from outside, a step later each, as they came: pauses between them stay pauses."""

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kilotwin.experiment.spec.overhead import DATA_BYTES, RUN
-from kilotwin.session.loop import Companion
+from kilotwin.session.loop import EachTick
 from kilotwin.table.links.emulated_overhead import EmulatedOverhead
 from kilotwin.table.ports.pseudo_terminal import PseudoTerminal
 from kilotwin.units import TICK_S
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from kilotwin._emulator import Simulation
 
 
-class ServedOverhead(Companion):
+class ServedOverhead(EachTick):
     """Packets of programs outside become light on all robots."""
 
     def __init__(self, simulation: "Simulation", link: Path | None) -> None:
@@ -21,7 +21,6 @@ class ServedOverhead(Companion):
         self._simulation = simulation
         self._controller = EmulatedOverhead()
         self._terminal = PseudoTerminal(link, "--link-ohc")
-        self._due = simulation.tick
         self.ran_at: int | None = None
         """The engine's tick at its first RUN."""
 
@@ -31,21 +30,15 @@ class ServedOverhead(Companion):
         port = self._terminal.shown
         return f"an overhead controller is at {port}; --via ohc:{port}"
 
-    def step(self, now: int) -> None:
+    def act(self, now: int) -> None:
         """Takes packets, and shines what begins within the next tick."""
-        if now < self._due:
-            return
-        self._due, now_s = now + 1, now * TICK_S
+        now_s = now * TICK_S
         while data := self._terminal.read(0):
             self._controller.take(data, now_s)
         for at_s, frame in self._controller.frames(now_s, now_s + TICK_S):
             self._simulation.shine(frame, at_s - now_s)
             if self.ran_at is None and frame[DATA_BYTES] == RUN[DATA_BYTES]:
                 self.ran_at = now
-
-    def next_due(self) -> int:
-        """The next tick."""
-        return self._due
 
     def close(self) -> None:
         """Unplugs it."""

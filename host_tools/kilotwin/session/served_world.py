@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.schema.record import EXTRA_OF
+from kilotwin.runs.columns import chosen_of
 from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.emulated import EmulatedWorld
@@ -95,21 +95,8 @@ class ServedWorld(EmulatedWorld):
         begun = self._begin.zero_tick()
         zero = NEVER if begun is None else begun
         kept = (samples["tick"] >= zero) & (samples["tick"] <= zero + self._duration)
-        # Without objects there are no rows of them.
-        of_objects = kept if len(samples["object_x_m"]) else slice(0)
-        cut: Samples = {
-            "tick": samples["tick"][kept] - zero,
-            "x_m": samples["x_m"][kept],
-            "y_m": samples["y_m"][kept],
-            "heading_rad": samples["heading_rad"][kept],
-            "led": samples["led"][kept],
-            "site": samples["site"][kept],
-            "object_x_m": samples["object_x_m"][of_objects],
-            "object_y_m": samples["object_y_m"][of_objects],
-            "object_heading_rad": samples["object_heading_rad"][of_objects],
-        }
-        for name in EXTRA_OF.keys() & samples.keys():
-            cut[name] = samples[name][kept]  # type: ignore[literal-required]
+        cut = chosen_of(samples, kept)
+        cut["tick"] -= zero
         self._begin.see(cut)
         return cut
 

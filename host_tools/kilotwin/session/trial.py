@@ -165,7 +165,7 @@ class Trial(Generic[WriterT]):
 
     @contextlib.contextmanager
     def _placing_errors(self) -> Iterator[None]:
-        """What the engine does not like becomes an error at its place in the experiment."""
+        """An error of the engine becomes one at its place in the experiment."""
         job = self._job
         try:
             yield

@@ -112,9 +112,7 @@ class SeenRecorder(Companion):
         sample = self._seen(ticks(run_s))
         counts = self._writer.add(sample, self._meter.measure(sample, None, last=last))
         assert counts is not None
-        names = [site.name for site in self._keys.site]
-        resting = dict(zip(names, counts.resting[-1].tolist(), strict=True))
-        self._robots = {"resting": resting, "not_resting": int(counts.not_resting[-1])}
+        self._robots = counts.last(self._keys)
         if time.monotonic() - self._shown_at > _PROGRESS_S:
             self._shown_at = time.monotonic()
             self._display.progress(ticks(run_s), **self._robots, metrics=self._meter.latest)
@@ -131,7 +129,7 @@ class SeenRecorder(Companion):
 def recorded_summary(
     experiment: Experiment, table: WallTable, writer: RunWriter, status: str, run_s: float
 ) -> dict[str, Any]:
-    """What the summaries of all recordings have, beside what their companions add."""
+    """The part of the summary that all recordings have, beside their companions'."""
     return {
         "experiment": experiment.keys.name,
         "seed": experiment.keys.seed,

@@ -153,8 +153,8 @@ class World:
         self._ran_s = self._went_on_s = 0.0
         self._names = States.of(self._experiment.keys)
         functions = LocalFunctions(self._experiment) if self._experiment.functions else None
-        self._meter = Meter(self._experiment, functions, symbols_of(guests, None))
-        self._debug_files = symbols_of(guests, None)
+        self._debug_files = symbols_of(guests, modules)
+        self._meter = Meter(self._experiment, functions, self._debug_files)
         self._symbols: dict[Path, GuestSymbols] = {}
         self._events: list[dict[str, Any]] = []
         spec = engine_spec(
@@ -169,7 +169,7 @@ class World:
             simulation = _emulator.Simulation(spec)
         except _emulator.EngineError as error:
             raise InputError(f"{self._experiment.origin.source}: {error}") from None
-        places = EventPlaces(self._experiment, symbols_of(guests, modules))
+        places = EventPlaces(self._experiment, self._debug_files)
         self._told = EnvironmentMemory()
         self._environments: list[EmulatedEnvironment] = []
         if self._experiment.environment is not None:

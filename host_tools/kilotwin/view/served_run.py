@@ -19,7 +19,6 @@ MOST_EVENTS = 10_000
 MOST_LINES = 200
 """The same of words and reports."""
 _MOST_VALUES = 2_000
-_OF_MODULE = ("time_s", "robot", "cell", "state")
 _PRINT = "print"
 REPORTED = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
 

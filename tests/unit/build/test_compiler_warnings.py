@@ -34,7 +34,7 @@ def program(folder: Path, body: str, header: str = "") -> Program:
 
 
 def warned(of: Program) -> str:
-    """What is said when it is compiled, but for that it is."""
+    """Lines of its compilation, but for the one that says so."""
     said: list[str] = []
     build_image(of, said.append)
     return "\n".join(line for line in said if not line.startswith("compiling"))

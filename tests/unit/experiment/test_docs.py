@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[3]
 DOCUMENT = ROOT / "docs" / "experiments.md"
 TEXT = DOCUMENT.read_text()
 SECTIONS = {heading(part): part for part in re.split(r"(?m)^(?=##+ )", TEXT)[1:]}
-# What an example leaves out, by the table that has it.
+# Keys that an example leaves out, by the table that has it.
 BEGINNING = {
     "": "duration_s = 300\n",
     "arena": "[arena]\ndiameter_m = 4.0\n",

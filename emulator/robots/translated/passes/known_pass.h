@@ -108,7 +108,8 @@ struct KnownPass {
     uint16_t stack;   ///< pointer at that moment
     uint8_t status;   ///< flags T and I, as in the status register
     uint32_t cycles;  ///< of the pass
-    /// Of the first pass of a tick, which sets the copies; without copies it is as the others.
+    /// Cycles of the first pass of a tick, which sets the copies; without copies those of the
+    /// others.
     uint32_t first_cycles;
     /// Cycles from the start of the pass: the path of a pass that is interrupted later than at
     /// `reads_from` and no later than at `reads_to`, between its reads of kilo_ticks, is in

@@ -262,7 +262,7 @@ class Source(Section):
     at_m: Point
     """The point below it, [x, y]."""
     peak: Reading10
-    """What it adds to the reading there."""
+    """Its share of the reading there."""
     half_m: Length
     """Distance from there at which half of `peak` is left."""
 

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from kilotwin.experiment.schema.grid import CellColour
 from kilotwin.experiment.spec.grid_layout import Cells, Layout, Module, of_module
 
-MOST_SITES = 14
 # The 3-bit colours of a module's lights, in the order of their numbers.
 LIGHTS = get_args(CellColour)
 _WALL_LIGHT = "red"

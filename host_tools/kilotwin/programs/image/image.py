@@ -149,7 +149,7 @@ def _link(command: list[str], program: Program, objects: Sequence[Path]) -> None
 
 
 def _overflow(said: str) -> str:
-    """What the linker says of a program that is too large, with the sizes; ""."""
+    """The linker's error of a program that is too large, with the sizes; "" of others."""
     if end := re.search(r"address 0x([0-9a-f]+) .* is not within region `data'", said):
         ram = int(end[1], 16) - _RAM_BEGIN
         return f"its variables take {ram:,} bytes of RAM, of {RAM_BYTES:,}"

@@ -275,7 +275,7 @@ class _Builder:
 
     @property
     def flags_to_look(self) -> list[str]:
-        """For a look at the program's own sources: names that nobody declares are warned of."""
+        """Flags that warn of undeclared names in the program's own sources."""
         quiet = {"-w", "-Wno-implicit-function-declaration"}
         kept = [word for word in self._program_flags if word not in quiet]
         return [*kept, "-Wimplicit-function-declaration"]
@@ -459,8 +459,8 @@ class _Builder:
 
 
 def suggestions(program: Program) -> dict[str, str]:
-    """What the compiler takes names for that the program calls and nobody declares; none of a
-    compiler that says nothing about it."""
+    """Names that the compiler suggests for undeclared functions, by these; none of a compiler that
+    suggests nothing."""
     compiler = find_compiler()
     flags = _Builder(program, compiler, compiler_version(compiler)).flags_to_look
     said: list[str] = []

@@ -82,7 +82,7 @@ def run(wanted: PairedRun, timeout_s: float | None = None) -> Measured:
     takes longer than `timeout_s`.
     """
     command = [sys.executable, "-P", "-m", "kilotwin.programs.port.paired_worker", str(os.getpid())]
-    # What it says goes to files, since a program may say more than memory holds.
+    # Its output goes to files, since a program may print more than memory holds.
     with (
         tempfile.TemporaryFile() as answers,
         tempfile.TemporaryFile() as said,

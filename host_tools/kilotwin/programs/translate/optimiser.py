@@ -77,7 +77,7 @@ def main() -> None:
     """Makes the files that the arguments name."""
     from kilotwin.programs.translate.translation import optimise
 
-    # What a compiler has begun goes with it.
+    # SystemExit leaves optimise(), which ends its compiler.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     os.nice(19)
     for target in sys.argv[1:]:

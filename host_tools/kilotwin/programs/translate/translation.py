@@ -151,7 +151,7 @@ class _Kept:
         *,
         at_once: bool,
     ) -> Code:
-        """What is there, or is made; `translate` gives the C, and `what` is the line for that."""
+        """The code, from the cache or made; `translate` gives the C, `what` the line for that."""
         optimised = cache_folder() / f"{self.key}-translation" / f"{self.name}.so"
         if is_built(optimised, notify):
             return Code(optimised, None)
