@@ -11,8 +11,10 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
-from kilotwin import World
+from kilotwin import World, _emulator
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.spec.engine import engine_spec
+from kilotwin.experiment.text import parse_setting
 from kilotwin.programs.group import build_all, symbols_of
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.job import Job
@@ -454,3 +456,26 @@ def test_a_metric_that_is_measured_changes_no_result(load: Any, tmp_path: Path) 
         for name, more in (("plain", ""), ("measured", MOMENTS))
     ]
     assert results[0]["result_hash"] == results[1]["result_hash"]
+
+
+def test_a_thousand_translated_robots_end_in_the_same_poses_however_the_run_is_cut_up() -> None:
+    """Light falls on some that are sending: they are told of it when they have been run on."""
+    file = Path(__file__).parents[2] / "experiments/porting/translated.toml"
+    experiment = Experiment.load(file, [parse_setting("seed=3")])
+    guests, _ = build_all(experiment)
+    spec = engine_spec(
+        experiment, [str(guest.file) for guest in guests], sample_ticks=10_000, black_box=None
+    )
+    ticks = 7000
+
+    def end(cuts: list[int]) -> tuple[str, float]:
+        simulation = _emulator.Simulation(spec)
+        for tick in [*cuts, ticks]:
+            simulation.advance(tick - simulation.tick)
+        return simulation.final_hash(), simulation.stats()["frames_deaf"]
+
+    whole, deaf = end([])
+    assert deaf > 10
+    chance = random.Random(1)
+    for cuts in ([6308], *(sorted(chance.sample(range(1, ticks), n)) for n in (3, 300))):
+        assert end(cuts)[0] == whole, cuts

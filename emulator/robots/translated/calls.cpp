@@ -262,10 +262,12 @@ void TranslatedRobot::find_edge() {
     while (!lights.empty() && over(lights.front())) lights.erase(lights.begin());
     for (SeenFrame &seen : lights) {
         const Edge edge = edge_of(seen.message, seen.slot);
-        const uint64_t at = seen.begin + edge.slot * SLOT_CYCLES;
+        const uint64_t came = seen.begin + edge.slot * SLOT_CYCLES,
+                       at = std::max(came, seen.heard_from);
         seen.slot = static_cast<uint16_t>(edge.slot);
         if (over(seen) || at >= edge_at_) continue;
         edge_at_ = at;
+        edge_is_late_ = came < at;
         edge_cycles_ = edge.cycles;
         edge_light_ = &seen;
     }
@@ -448,10 +450,16 @@ void TranslatedRobot::send() {
     wait_for_answer(CALL_SEND, RobotRecord::Question::IS_CHANNEL_FREE);
 }
 
-/// A frame begins that no other can disturb: the robot is busy with it, and goes on.
+/// A frame begins that no other can disturb.
 void TranslatedRobot::put_on_air(const message_t &message) {
     robot_.emit(message);
     until_ = clock_.own_cycle(robot_.until);
+    sent();
+}
+
+/// The program is busy with the frame.
+void TranslatedRobot::sent() {
+    image_.sends_until = clock_.own_cycle(asked_at() + robot_.context->frame);
     come_back(1, robot_.context->frame + SEND_CALL_CYCLES);
 }
 
@@ -462,8 +470,10 @@ void TranslatedRobot::take_answer() {
     image_.waits_for = 0;
     if (number == CALL_RECEIVING)
         come_back(!yes, yes ? SENSE_CALL_CYCLES : SENSE_LIGHT_CYCLES);
+    else if (yes)
+        sent();
     else
-        come_back(yes, (yes ? robot_.context->frame : SENSE_CYCLES) + SEND_CALL_CYCLES);
+        come_back(0, SENSE_CYCLES + SEND_CALL_CYCLES);
 }
 
 /// kilolib_infrared_frame_began(): since the last call.

@@ -112,7 +112,8 @@ void TranslatedDriver::received_beside(RobotRecord &robot, Cycles at) {
 void TranslatedDriver::disturb(RobotRecord &robot, Cycles begin, const message_t &message) {
     auto &lights = of(robot).written().lights;
     if (lights.size() == lights.capacity()) lights.reserve(lights.size() + MORE_LIGHTS);
-    lights.push_back({BoardClock{robot.power_up, robot.tick_length}.own_cycle(begin), message, 0});
+    const uint64_t from = BoardClock{robot.power_up, robot.tick_length}.own_cycle(begin);
+    lights.push_back({from, of(robot).image.sends_until, message, 0});
 }
 
 std::vector<uint8_t> TranslatedDriver::variables(const RobotRecord &robot) const {

@@ -44,6 +44,9 @@ struct TranslatedImage {
     uint64_t timer_zero;   ///< a moment at which it counted from 255 to 0
     uint64_t interrupted;  ///< begin of the interrupt that is served
     uint64_t deaf_until;   ///< end of the last time without interrupts
+    /// End of its last frame. The robot is run up to there before it is told of light that falls on
+    /// it meanwhile.
+    uint64_t sends_until;
 
     // Other peripherals.
     uint64_t asleep_until;  ///< 0: it is awake

@@ -165,11 +165,12 @@ void TranslatedRobot::rest() {
 }
 
 /// Passes repeat: an edge of light in one of them puts the next ones off, and that is all. So for
-/// edges before the last pass up to another interrupt.
+/// edges before the last pass up to another interrupt. Late ones are for serve_edge(): they may have
+/// taken each other's place.
 void TranslatedRobot::take_edges_at_rest() {
     const uint64_t end = std::min(end_of_run(), next_but_edges());
     uint64_t now = cycle();
-    while (edge_at_ < end) {
+    while (edge_at_ < end && !edge_is_late_) {
         if (!frame_is_alone()) {
             if (!take_burst_at_rest(now, end)) break;
             continue;

@@ -162,6 +162,7 @@ class TranslatedRobot : private translated_chip_t {
     void wait_for_answer(unsigned number, RobotRecord::Question question);
     void take_answer();
     void put_on_air(const message_t &message);
+    void sent();
 
     // Registers: the first two are the interpreter's.
     static uint8_t read_register(translated_chip_t *chip, uint16_t address);
@@ -193,6 +194,7 @@ class TranslatedRobot : private translated_chip_t {
     uint64_t edge_at_ = TranslatedImage::NO_TIME;
     uint32_t edge_cycles_ = 0;
     SeenFrame *edge_light_ = nullptr;  ///< the frame that it is of
+    bool edge_is_late_ = false;        ///< it came while the robot sent
     bool ends_run_ = false;            ///< limit_ is the end of the run
     bool limit_changed_ = false;       ///< the next interrupt comes at another time than it was
     bool is_early_ = false;            ///< what a call asks for is not known before the next run

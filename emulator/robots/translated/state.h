@@ -15,7 +15,8 @@ namespace kilotwin {
 
 /// A frame whose edges a robot has not all taken.
 struct SeenFrame {
-    uint64_t begin;  ///< own cycles
+    uint64_t begin;       ///< own cycles
+    uint64_t heard_from;  ///< edges before are late ones, taken then: end of a frame of its own
     message_t message;
     uint16_t slot;  ///< edges before it have been taken
 };
