@@ -14,7 +14,7 @@ app = command_app()
 
 
 class Figure(StrEnum):
-    """The figures: the first four of a run, the others of a sweep."""
+    """The figures: the first four of a run, curve of a run or a sweep, the others of a sweep."""
 
     timeline = "timeline"
     map = "map"
@@ -48,6 +48,7 @@ def _option(name: str, metavar: str, text: str) -> Any:
     "  kilotwin plot map runs/my-run -o map.png\n\n"
     "  kilotwin plot states runs/my-run -o states.pdf\n\n"
     "  kilotwin plot video runs/my-run -o run.mp4 --speed 100 --trails\n\n"
+    "  kilotwin plot curve runs/my-run --metric spread -o spread.png\n\n"
     "  kilotwin plot curve runs/my-sweep --metric hops --by swarm.size -o hops.png\n\n"
     "  kilotwin plot effect runs/my-sweep --x swarm.size --y hops -o sizes.svg\n\n"
     "  kilotwin plot heat my-sweep --x swarm.size --y medium.loss --metric hops -o heat.png\n\n"
@@ -62,7 +63,8 @@ def plot(
         Path,
         typer.Argument(
             metavar="RUN|SWEEP",
-            help="A run folder (timeline, map, states, video) or a sweep's (the others).",
+            help="A run folder (timeline, map, states, video, curve) or a sweep's (curve, "
+            "and the others).",
         ),
     ],
     output: Annotated[

@@ -8,11 +8,12 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from kilotwin.errors import InputError, cause_of
+from kilotwin.runs.folder import EXPERIMENT
 from kilotwin.runs.reader import Run
 from kilotwin.studies.plot import style
 from kilotwin.studies.plot.effects import draw_ecdf, draw_effect, draw_heat
 from kilotwin.studies.plot.map import draw_map
-from kilotwin.studies.plot.series import draw_curve, draw_series
+from kilotwin.studies.plot.series import draw_curve, draw_run_curve, draw_series
 from kilotwin.studies.plot.sweep import draw_error, draw_iqr, draw_median, draw_symmetry
 from kilotwin.studies.plot.timeline import draw_states, draw_timeline
 from kilotwin.studies.sweep.conditions import Conditions
@@ -103,6 +104,12 @@ def check_options(figure: str, wanted: Wanted) -> None:
 
 
 def _draw_metric(figure: str, folder: Path, wanted: Wanted) -> Figure:
+    if figure == "curve" and (folder / EXPERIMENT).exists():
+        assert wanted.metric is not None
+        for option, given in {"by": wanted.by, "where": next(iter(wanted.where), None)}.items():
+            if given is not None:
+                raise InputError(f"--{option} {given}: for sweeps; {folder} is one run")
+        return draw_run_curve(Run.open(folder), wanted.metric)
     results = Results.open(folder, wanted.where)
 
     def key(option: str) -> str | None:

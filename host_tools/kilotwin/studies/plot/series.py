@@ -1,4 +1,4 @@
-"""Anything that was measured in the trials of a sweep: over time, and at the end.
+"""Anything that was measured in a run, or in the trials of a sweep: over time, and at the end.
 
 Trials that are drawn together give medians over time, with the range from the lower to the upper
 quartile, and each trial's value at the end.
@@ -14,8 +14,23 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from kilotwin.errors import InputError
-from kilotwin.studies.plot.style import MOST_LINES, letters, line_look, trials_note, wrapped
-from kilotwin.studies.sweep.results import Column, Results, Series, shown
+from kilotwin.runs.reader import Run
+from kilotwin.studies.plot.style import (
+    MOST_LINES,
+    letters,
+    line_look,
+    title,
+    trials_note,
+    wrapped,
+)
+from kilotwin.studies.sweep.results import (
+    Column,
+    Results,
+    Series,
+    find_column,
+    shown,
+    values_of,
+)
 
 Lines = dict[str, list[Series]]
 
@@ -28,6 +43,48 @@ def draw_series(folder: Path, where: Sequence[str], column: str) -> Figure:
         raise InputError(f"which column? Add --column; {folder} has {there}")
     by = ["name"] if "name" in results.varied else results.varied
     return draw_curve(results, results.metric(column, "--column"), by)
+
+
+def draw_run_curve(run: Run, name: str) -> Figure:
+    """A metric of one run over time; the quartiles of robots, where each one's was recorded."""
+    samples = run.sites()
+    column = find_column(samples, name, "--metric", run.folder)
+    time_s, values = values_of(samples, column)
+    known = np.isfinite(values)
+    if not known.any():
+        raise InputError(
+            f"{run.folder}: {column.name} has no value in any sample; see events.jsonl, or let "
+            "the run go on for longer"
+        )
+    figure = Figure(figsize=(10, 4.8))
+    figure.set_layout_engine("constrained")
+    axes = figure.subplots()
+    look = line_look(0)
+    axes.plot(time_s[known], values[known], color=look["color"], label=column.name)
+    if column.column in run.robots().column_names:
+        _draw_quartiles(axes, run, column)
+        axes.legend(fontsize=9, loc="best")
+    axes.set(ylabel=wrapped(column.label, 4))
+    axes.set_title(wrapped(f"{title(run)}: {column.name}", 9, 12))
+    _over_time(axes)
+    _count_from_zero(axes, column)
+    return figure
+
+
+def _draw_quartiles(axes: Axes, run: Run, column: Column) -> None:
+    """Of the robots that have a value at each sample."""
+    time_s, values = values_of(run.robots(), column)
+    known = np.isfinite(values)
+    moments, places = np.unique(time_s[known], return_inverse=True)
+    of_moment = np.split(
+        values[known][np.argsort(places, kind="stable")],
+        np.cumsum(np.bincount(places, minlength=len(moments)))[:-1],
+    )
+    quartiles = np.array([np.percentile(one, [25, 75]) for one in of_moment]).reshape(-1, 2)
+    look = line_look(0)
+    axes.fill_between(
+        moments, *quartiles.T, color=look["color"], alpha=0.2, lw=0, label="robots, quartiles"
+    )
 
 
 def draw_curve(results: Results, column: Column, by: Sequence[str]) -> Figure:
@@ -79,10 +136,15 @@ def _draw_over_time(axes: Axes, lines: Lines, column: Column) -> None:
         if len(trials) > 1 and len(time_s):
             low, high = np.percentile(values, [25, 75], axis=0)
             axes.fill_between(time_s, low, high, color=look["color"], alpha=0.2, lw=0)
-    axes.set(xlabel="time (s)", ylabel=wrapped(f"{column.label}, median and quartiles", 4))
+    axes.set(ylabel=wrapped(f"{column.label}, median and quartiles", 4))
+    axes.legend(fontsize=9, loc="best")
+    _over_time(axes)
+
+
+def _over_time(axes: Axes) -> None:
+    axes.set(xlabel="time (s)")
     axes.set_xlim(left=0)
     axes.xaxis.set_major_formatter(lambda second, _: f"{second:,.10g}")
-    axes.legend(fontsize=9, loc="best")
     axes.grid(color="#dddddd", lw=0.6)
 
 

@@ -38,6 +38,32 @@ class Column:
         return f"{self.name} ({self.unit})" if self.unit not in ("", self.name) else self.name
 
 
+def measured(samples: pa.Table) -> list[Column]:
+    """All that samples of a run or of a sweep have measured, metrics first."""
+    names = [name for name in samples.column_names if name not in _TIMES]
+    return [_column(samples, name) for name in sorted(names, key=lambda n: METRIC not in n)]
+
+
+def find_column(samples: pa.Table, name: str, option: str, folder: Path) -> Column:
+    """A metric by its name, or a column by its own; InputError lists them."""
+    for column in (f"{METRIC}{name}", name):
+        if column in samples.column_names and column not in _TIMES:
+            return _column(samples, column)
+    there = ", ".join(column.name for column in measured(samples))
+    raise InputError(f"{option} {name}: {folder} has no such metric; it has {there}")
+
+
+def _column(samples: pa.Table, column: str) -> Column:
+    meta = samples.schema.field(column).metadata or {}
+    return Column(column, column.removeprefix(METRIC), meta.get(b"unit", b"").decode())
+
+
+def values_of(samples: pa.Table, column: Column) -> Series:
+    """A column over time."""
+    values = samples[column.column].cast(pa.float64()).to_numpy(zero_copy_only=False)
+    return np.asarray(samples["time_s"]), np.asarray(values, dtype=np.float64)
+
+
 @dataclass(frozen=True)
 class Results:
     """The two tables of a sweep's folder; `rows` are the trials that were chosen."""
@@ -73,17 +99,11 @@ class Results:
     @property
     def metrics(self) -> list[Column]:
         """All that was measured, metrics first."""
-        names = [name for name in self.series.column_names if name not in _TIMES]
-        return [self._column(name) for name in sorted(names, key=lambda n: METRIC not in n)]
+        return measured(self.series)
 
     def metric(self, name: str, option: str = "--metric") -> Column:
-        """A metric by its name, or a column of the series by its own; InputError lists them."""
-        names = self.series.column_names
-        for column in (f"{METRIC}{name}", name):
-            if column in names and column not in _TIMES:
-                return self._column(column)
-        there = ", ".join(column.name for column in self.metrics)
-        raise InputError(f"{option} {name}: {self.folder} has no such metric; it has {there}")
+        """As find_column()."""
+        return find_column(self.series, name, option, self.folder)
 
     def key(self, name: str, option: str) -> str:
         """A key that varied; InputError lists them."""
@@ -91,12 +111,6 @@ class Results:
             return name
         there = ", ".join(self.varied) or "nothing but the seed"
         raise InputError(f"{option} {name}: the sweep does not vary it; it varies {there}")
-
-    def _column(self, column: str) -> Column:
-        meta = self.series.schema.field(column).metadata or {}
-        unit = meta.get(b"unit", b"").decode()
-        name = column.removeprefix(METRIC) if column.startswith(METRIC) else column
-        return Column(column, name, unit)
 
     def groups(self, keys: Sequence[str]) -> dict[tuple[Any, ...], list[Row]]:
         """The chosen trials by their values of keys, in order of these values."""
@@ -107,9 +121,7 @@ class Results:
 
     def over_time(self, trial: int, column: Column) -> Series:
         """A trial's values."""
-        rows = self.series.filter(pc.equal(self.series["trial"], trial))
-        values = rows[column.column].cast(pa.float64()).to_numpy(zero_copy_only=False)
-        return np.asarray(rows["time_s"]), np.asarray(values, dtype=np.float64)
+        return values_of(self.series.filter(pc.equal(self.series["trial"], trial)), column)
 
     def at_end(self, rows: Iterable[Row], column: Column) -> NDArray[np.float64]:
         """The last values of trials; those without one are left out."""
