@@ -112,7 +112,7 @@ def test_parts_of_experiments_are_taken(block: Block, folder: Path) -> None:
     before = BEFORE[block.document][number]
     if before is None:
         (folder / "lab.toml").write_text(block.text)
-        assert [uid for uid, _ in read_lab(folder / "lab.toml").first(1)] == [12]
+        assert list(read_lab(folder / "lab.toml").robots)[:1] == [12]
         return
     text = block.text
     if "[swarm]" in text:

@@ -19,8 +19,9 @@ from kilotwin.commands.options import Buses, Json, Quiet, Size
 from kilotwin.commands.robots_via import link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, DeviceError, InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.lab_file import LAST_UID, Lab
+from kilotwin.experiment.lab_file import Lab
 from kilotwin.experiment.schema.profile_defaults import PROFILES
+from kilotwin.experiment.schema.section import LAST_UID
 from kilotwin.experiment.spec.overhead import DUTIES
 from kilotwin.files.headers import ALL_ROBOTS
 from kilotwin.session.emulated_calibration import EmulatedTable, true_bends, true_turns

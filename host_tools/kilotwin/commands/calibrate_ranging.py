@@ -17,7 +17,7 @@ from kilotwin.commands.options import Buses, Json, Quiet, Size
 from kilotwin.commands.robots_via import link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, DeviceError, InputError, InterruptError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.lab_file import LAST_UID
+from kilotwin.experiment.schema.section import LAST_UID
 from kilotwin.session.emulated_jig import EmulatedJig
 from kilotwin.table.flash.progress import stepwise
 from kilotwin.table.lab import lab_store

@@ -42,6 +42,7 @@ _VALUES = {"parameters": "as declared", "states": "list or colour"}
 _ALLOWED = {
     "swarm.program": "text or list",
     "robots.program": "text or list",
+    "robots.poses": "list or text",
     "grid.program": "text or list",
     "faults.module.module": "list",
 }

@@ -19,8 +19,10 @@ from kilotwin.experiment.checks.experiment import (
     first_problem,
     first_problem_of_command,
     swarm_size,
+    uids_of,
 )
 from kilotwin.experiment.files import find_file, shown
+from kilotwin.experiment.formations import StartError, in_formation
 from kilotwin.experiment.pictures import Picture, floor_picture, light_picture
 from kilotwin.experiment.processor import processor_of
 from kilotwin.experiment.programs import (
@@ -109,16 +111,20 @@ class Experiment:
             what = f"a sweep, not an experiment; type: kilotwin sweep {origin.source}"
             raise InputError(f"{origin.source}: {what}")
         try:
-            keys = ExperimentSchema.model_validate(origin.raw)
+            keys = ExperimentSchema.model_validate(_with_poses(origin))
         except ValidationError as error:
             raise _explained(origin, error) from None
         wire = _wire(keys, origin)
         if wire is not None:
             keys = keys.model_copy(update={"parameters": wire.values})
-        problem = first_problem(keys, origin.is_set)
+        try:
+            placed = in_formation(keys)
+        except StartError as error:
+            raise InputError(f"{origin.where(error.path)}: {error}") from None
+        problem = first_problem(placed, origin.is_set)
         if problem is not None:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
-        groups, lab = tuple(_groups(keys, origin)), _lab(keys, origin)
+        groups, lab = tuple(_groups(placed, origin)), _lab(keys, origin)
         floor, light = floor_picture(keys, origin), light_picture(keys, origin)
         functions = _functions(keys, origin)
         if keys.grid is None:
@@ -273,6 +279,18 @@ def one_command(origin: ExperimentText, robots: int) -> Command:
     return command
 
 
+def _with_poses(origin: ExperimentText) -> dict[str, Any]:
+    """The tables, with the poses of files."""
+    kinds = origin.raw.get("robots")
+    if not isinstance(kinds, list) or not any(
+        isinstance(kind, dict) and isinstance(kind.get("poses"), str) for kind in kinds
+    ):
+        return origin.raw
+    from kilotwin.experiment.pose_files import with_poses
+
+    return with_poses(kinds, origin)
+
+
 def _wire(keys: ExperimentSchema, origin: ExperimentText) -> "Wire | None":
     """The declaration of parameters, if there is one, with their values."""
     if keys.swarm.wire is None and keys.parameters is None:
@@ -342,21 +360,31 @@ def _tier(cpu: str | None, keys: ExperimentSchema) -> Tier:
 
 
 def _lab(keys: ExperimentSchema, origin: ExperimentText) -> "tuple[tuple[int, LabRobot], ...]":
-    """The lab's robots with the lowest uids, as many as there are robots."""
-    if keys.swarm.lab is None:
-        return ()
-    path: KeyPath = ("swarm", "lab")
-    file = shown(find_file(keys.swarm.lab, path, origin))
-    from kilotwin.experiment.lab_file import read_lab
+    """Uid and calibration of each robot: by `uids`, else the lab's with the lowest ones; none
+    where neither says anything."""
+    from kilotwin.experiment.lab_file import LabRobot, read_lab
 
-    lab = read_lab(file)
-    robots = lab.first(swarm_size(keys))
-    if len(robots) < swarm_size(keys):
-        what = f"{lab.source} has {len(robots)} robots, for {swarm_size(keys)}; take fewer robots"
-        raise InputError(f"{origin.where(path)}: {what}")
+    uids = uids_of(keys)
+    path: KeyPath = ("swarm", "lab")
+    if keys.swarm.lab is not None:
+        lab = read_lab(shown(find_file(keys.swarm.lab, path, origin)))
+        chosen = list(lab.robots)[: swarm_size(keys)] if uids is None else uids
+        if len(chosen) < swarm_size(keys):
+            what = f"{lab.source} has {len(chosen)} robots, for {swarm_size(keys)}"
+            raise InputError(f"{origin.where(path)}: {what}; take fewer robots")
+        strange = next((uid for uid in chosen if uid not in lab.robots), None)
+        if strange is not None:
+            what = f"{lab.source} has no robot {strange}; name those that it has by uids"
+            raise InputError(f"{origin.where(path)}: {what}")
+        robots = tuple((uid, lab.robots[uid]) for uid in chosen)
+        source = lab.source
+    elif uids is not None:
+        robots, source, path = tuple((uid, LabRobot()) for uid in uids), "[[robots]]", ("robots",)
+    else:
+        return ()
     informed = max((first + count for _, first, count in informed_ranges(keys)), default=0)
     if any(uid != index for index, (uid, _) in enumerate(robots[:informed], 1)):
-        what = f"informed robots need the uids 1 to {informed}, which {lab.source} does not have"
+        what = f"informed robots need the uids 1 to {informed}, which {source} does not have"
         raise InputError(f"{origin.where(path)}: {what}; set swarm.informed = 0")
     return robots
 

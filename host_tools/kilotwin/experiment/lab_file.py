@@ -22,13 +22,12 @@ from typing import Annotated
 from pydantic import Field, ValidationError
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.schema.section import Byte, Section, Text
+from kilotwin.experiment.schema.section import LAST_UID, Byte, Section, Text
 from kilotwin.experiment.text import ExperimentText, parse_toml
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
 
 TABLES = ("low_gain", "high_gain")
-LAST_UID = 65535
 
 _Reading = Annotated[int, Field(ge=0, le=1023)]
 # kilolib/core/gains.h
@@ -78,10 +77,6 @@ class Lab:
 
     source: str
     robots: dict[int, LabRobot]
-
-    def first(self, count: int) -> tuple[tuple[int, LabRobot], ...]:
-        """The robots with the lowest uids; fewer if there are not as many."""
-        return tuple(self.robots.items())[:count]
 
 
 def read_lab(file: Path) -> Lab:

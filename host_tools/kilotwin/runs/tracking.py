@@ -8,7 +8,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.lab_file import LAST_UID
+from kilotwin.experiment.schema.section import LAST_UID
 from kilotwin.experiment.spec.aggregation import runs_aggregation
 from kilotwin.experiment.spec.grid_layout import Cells, Layout
 from kilotwin.experiment.states import States

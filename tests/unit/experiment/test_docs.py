@@ -1,5 +1,6 @@
 """docs/experiments.md has a section for each table of a file: an example, which loads, and keys."""
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -76,6 +77,9 @@ def test_examples_are_taken(example: str, load: Load, folder: Path) -> None:
     for name in ("main.c", "helpers.c", "seed.c", "ModuleMain.c"):
         (folder / name).write_text("int main(void) { return 0; }\n")
     (folder / "headers").mkdir()
+    robot = {"ID": 0, "direction": 0, "x_position": 10, "y_position": 0}
+    (folder / "start_positions.json").write_text(json.dumps({"bot_positions": [robot]}))
+    (folder / "tracks.csv").write_text("frame,cx,cy,theta\n0,900,500,90\n")
     (folder / "walker.wire.toml").write_text(WIRE.replace("byte = 2\n", "byte = 2\ndefault = 0\n"))
     shutil.copy(ROOT / "experiments/environment/pheromone.py", folder)
     shutil.copy(ROOT / "tests/labs/pheromone/arena.kconf", folder)

@@ -7,11 +7,11 @@ import math
 from collections.abc import Iterator, Sequence
 
 from kilotwin.experiment.schema.controller import Controller, InformedShares
+from kilotwin.experiment.schema.section import LAST_UID
 
 KeyPath = tuple[str, ...]
 
 _SHARE_ERROR = 1e-6
-_LAST_UID = 65535
 
 
 def informed_problems(
@@ -34,8 +34,8 @@ def informed_problems(
         wanting = "informed for which site? Add [swarm.informed_for] with shares that sum to 1"
     elif controller is None:
         wanting = "robots learn by CONFIG what they are informed for; add [controller]"
-    elif size > _LAST_UID:
-        wanting = f"CONFIG reaches robots 1 to {_LAST_UID}; take fewer robots, or informed = 0"
+    elif size > LAST_UID:
+        wanting = f"CONFIG reaches robots 1 to {LAST_UID}; take fewer robots, or informed = 0"
     if wanting:
         yield wanting, ("swarm", "informed")
 

@@ -25,6 +25,7 @@ from kilotwin.experiment.checks.step import step_problems
 from kilotwin.experiment.schema.experiment import Command, Cpu, ExperimentSchema, Robots
 from kilotwin.experiment.schema.grid import Grid
 from kilotwin.experiment.schema.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.schema.section import LAST_UID
 from kilotwin.experiment.spec.objects import parts_of
 from kilotwin.experiment.spec.overhead import KEYS, uids
 from kilotwin.experiment.toml_lines import KeyPath
@@ -56,11 +57,28 @@ def swarm_size(experiment: ExperimentSchema) -> int:
     return experiment.swarm.size or 0
 
 
+def uids_of(experiment: ExperimentSchema) -> list[int] | None:
+    """The uid of each robot, by index; None where neither [swarm] nor [[robots]] says one."""
+    kinds, from_uid = experiment.robots or [], experiment.swarm.first_uid
+    said = (from_uid, *(one for kind in kinds for one in (kind.uids, kind.first_uid)))
+    if all(one is None for one in said):
+        return None
+    from_uid = 1 if from_uid is None else from_uid
+    if experiment.robots is None:
+        return list(range(from_uid, from_uid + swarm_size(experiment)))
+    uids: list[int] = []
+    for kind in kinds:
+        first = len(uids) + from_uid if kind.first_uid is None else kind.first_uid
+        uids += range(first, first + kind.count) if kind.uids is None else kind.uids
+    return uids
+
+
 def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     """Most basic first: each check may rely on what those before it found right."""
     yield from arena_problems(experiment)
     yield from object_problems(experiment)
     yield from _programs(experiment)
+    yield from _uids(experiment)
     yield from _room(experiment)
     yield from _aggregation(experiment)
     yield from _states(experiment)
@@ -130,6 +148,27 @@ def _kind(table: KeyPath, run: Robots | Grid, common: Cpu | None, medium: str) -
         if run.hex is not None or run.cpu is not None:
             path = (*table, "cpu" if run.hex is None else "hex")
         yield _without_pulses(path, "robots" if isinstance(run, Robots) else "modules")
+
+
+def _uids(experiment: ExperimentSchema) -> Iterator[Problem]:
+    uids = uids_of(experiment) or []
+    for index, kind in enumerate(experiment.robots or []):
+        path: KeyPath = ("robots", index, "uids")
+        if kind.uids is not None and kind.first_uid is not None:
+            yield Problem("these robots have first_uid too; keep one of them", (path,))
+        if kind.uids is not None and len(kind.uids) != kind.count:
+            what = f"{len(kind.uids)} uids for {kind.count} robots; give one each, or none at all"
+            yield Problem(what, (path,))
+    if max(uids, default=0) > LAST_UID:
+        what = f"the last robot would have the uid {max(uids)}, above {LAST_UID}; begin lower"
+        yield Problem(what, (("robots",), ("swarm", "first_uid")))
+    if len(set(uids)) < len(uids):
+        twice = Counter(uids).most_common(1)[0][0]
+        what = (
+            f"two robots have the uid {twice}; give each its own (robots without uids have index "
+            "+ 1, or index + swarm.first_uid)"
+        )
+        yield Problem(what, (("robots",),))
 
 
 def _without_pulses(path: KeyPath, what_runs: str) -> Problem:

@@ -41,6 +41,7 @@ from kilotwin.experiment.schema.section import (
     Uid,
     one_or_more,
 )
+from kilotwin.experiment.schema.start import Formation, PoseColumns
 from kilotwin.experiment.schema.step import Step
 from kilotwin.units import TICK_S, ticks
 
@@ -154,6 +155,8 @@ class Swarm(InformedShares):
     """A file that declares the parameters of the robots' program, for `[parameters]`."""
     lab: Text | None = None
     """A `lab.toml` whose robots these are, by uid from the lowest on: uids, duties, gains."""
+    first_uid: Uid | None = None
+    """The uid of the first robot; the others follow it. 1 if left out; see `robots.uids`."""
     floor: bool
     """Whether the virtual floor sends robots their site, walls and obstacles (message CELL)."""
     start: Literal["uniform"] = "uniform"
@@ -191,9 +194,20 @@ class Robots(Section):
     """API of the program: kilolib, or the Kilogrid's flavour of it with its helpers. If left out,
     found from its `.c` files (`IR_message_t`, `kilogrid.h`, `kilob_*.h`)."""
     count: Count
-    """How many robots run it."""
+    """How many robots run it; as many as there are poses, if these come from a file."""
     poses: list[Pose] | None = None
-    """Pose of each at the start, [x_m, y_m, heading_rad]; anywhere if left out."""
+    """Pose of each at the start, [x_m, y_m, heading_rad]; or a file that has them: a CSV or JSON
+    table, Kilombo's JSON, or a run folder, of which the last sample is taken. Anywhere if left
+    out."""
+    columns: PoseColumns | None = None
+    """What the columns of that file are, where they have other names than ours or Kilombo's."""
+    formation: Formation | None = None
+    """In place of `poses`: robots that start together."""
+    uids: Annotated[list[Uid], Field(min_length=1)] | None = None
+    """The uid of each, which is index + 1 if left out. With `swarm.lab`, which of its robots they
+    are."""
+    first_uid: Uid | None = None
+    """In place of `uids`: that of the first; the others follow it."""
 
 
 class Motion(Section):

@@ -24,8 +24,10 @@ Module = Annotated[
 Rectangle = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
 # A standard deviation, as a share of the value that it spreads.
 Spread = Annotated[float, Field(ge=0, le=0.3)]
-Count = Annotated[int, Field(ge=1, le=1_000_000)]
-Uid = Annotated[int, Field(ge=0, le=65535)]
+MOST_ROBOTS = 1_000_000
+Count = Annotated[int, Field(ge=1, le=MOST_ROBOTS)]
+LAST_UID = 65535
+Uid = Annotated[int, Field(ge=0, le=LAST_UID)]
 Byte = Annotated[int, Field(ge=0, le=255)]
 # Those of a program; system messages have higher types.
 MessageType = Annotated[int, Field(ge=0, le=0x7F)]
