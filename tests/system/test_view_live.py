@@ -16,7 +16,7 @@ from kilotwin.units import TICK_S
 
 from ..steering import steer
 from .browser import chromium, comes, new_page, open_viewer, viewer
-from .conftest import KILOTWIN, ROOT, WALKER
+from .conftest import KILOTWIN, ROOT, WALKER, Kilotwin
 from .served_table import Table
 from .test_view import LIVE, picture
 
@@ -36,14 +36,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def watched(folder: Path, environment: dict[str, str]) -> Iterator[Callable[..., Watched]]:
-    """Starts `kilotwin run live.toml --view ...`: the process, and the page's address."""
+    """Starts `kilotwin run live.toml --view ...`: the process, and the page's address. Without a
+    --speed among the words it is as fast as it can, and waits for no page."""
     with contextlib.ExitStack() as stack:
 
         def start(out: str, *words: str) -> Watched:
             command = [KILOTWIN, "run", "live.toml", "--view", "--no-browser", "--no-twin"]
+            speed = [] if "--speed" in words else ["--speed", "max"]
             process = stack.enter_context(
                 subprocess.Popen(
-                    [*map(str, command), "--json", "--out", out, *words],
+                    [*map(str, command), "--json", "--out", out, *speed, *words],
                     cwd=folder,
                     env=environment,
                     stdout=subprocess.PIPE,
@@ -103,6 +105,53 @@ def test_a_run_is_seen_as_it_goes_and_stays_until_its_page_is_closed(
     assert process.returncode == 0
     assert json.loads(out)["result_hash"] == alone
     assert problems == []
+
+
+def test_a_run_waits_for_its_page_and_its_record_plays_again_when_it_is_over(
+    watched: Callable[..., Watched], browser: Browser, folder: Path
+) -> None:
+    process, address = watched("waits", "--set", "duration_s=30", "--speed", "10")
+    assert process.stderr is not None
+    assert "the run waits for it, and goes 10 times real time" in process.stderr.readline()
+    problems: list[str] = []
+    with new_page(browser, problems) as page:
+        page.wait_for_timeout(1500)
+        assert len(Run.open(folder / "waits").sites()) <= 1  # of the start
+        open_viewer(page, address)
+        page.wait_for_selector("#steering")
+        page.keyboard.press("P")
+        page.wait_for_selector("#hold.on")
+        assert 0 < float(time_that_stands(page)) < 30
+        page.keyboard.press("P")
+        page.wait_for_selector('#steering:has-text("is over")')
+        comes(page, lambda: "finished" in page.inner_text("#title"))
+        assert float(page.input_value("#time")) == pytest.approx(30, abs=0.1)
+        page.keyboard.press("M")  # a robot cannot be moved any more
+        comes(page, lambda: "start it again" in page.inner_text("#said"))
+        page.click("#steering button")
+        page.wait_for_function("() => Number(document.querySelector('#time').value) < 20")
+        page.wait_for_function("() => Number(document.querySelector('#time').value) > 1")
+        page.click("#play")
+        time_that_stands(page)
+    out, _ = process.communicate(timeout=120)
+    assert process.returncode == 0
+    assert json.loads(out)["simulated_s"] == pytest.approx(30, abs=0.1)
+    assert problems == []
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        (["--view", "--speed", "fast"], "'fast': give simulated seconds per second, 0.01 to 10000"),
+        (["--view", "--speed", "0"], "'0': give simulated seconds per second"),
+        (["--speed", "5"], "--speed is that of a run beside its page; add --view, or leave it out"),
+    ],
+)
+def test_a_speed_that_is_none_or_has_no_page_is_refused(
+    folder: Path, kilotwin: Kilotwin, words: list[str], what: str
+) -> None:
+    done = kilotwin("run", "live.toml", *words, folder=folder, expect=2)
+    assert what in done.stderr
 
 
 def last_sample(run: Path) -> float:

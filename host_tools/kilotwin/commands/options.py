@@ -1,5 +1,6 @@
 """Options that several commands have: each is declared once, and means the same everywhere."""
 
+import math
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -8,6 +9,7 @@ import typer
 
 from kilotwin.experiment.text import Setting, parse_setting
 from kilotwin.files.confinement import Confine
+from kilotwin.session.pace import LEAST_SPEED, MOST_SPEED
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, for programs.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress on stderr.")]
@@ -94,6 +96,36 @@ Buses = Annotated[
     typer.Option("--can", metavar="IFACE:CHANNEL", help="A CAN bus; repeatable."),
 ]
 
+PAGE_SPEED = 10.0
+"""Times real time that a run goes beside its page, if nothing else is asked for."""
+
+
+def _times_real_time(text: str) -> float:
+    """10 of "10", infinity of "max"."""
+    if text == "max":
+        return math.inf
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = math.nan
+    if not LEAST_SPEED <= speed <= MOST_SPEED:
+        raise typer.BadParameter(
+            f"'{text}': give simulated seconds per second, {LEAST_SPEED:g} to {MOST_SPEED:g} "
+            "(1 is real time), or max"
+        )
+    return speed
+
+
+ViewSpeed = Annotated[
+    float | None,
+    typer.Option(
+        "--speed",
+        metavar="TIMES",
+        parser=_times_real_time,
+        help=f"--view: how many times real time it goes, {PAGE_SPEED:g} if not given, from when "
+        "the page is open; max: as fast as it can, waiting for no page.",
+    ),
+]
 View = Annotated[
     bool,
     typer.Option(

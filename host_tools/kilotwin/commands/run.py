@@ -13,6 +13,7 @@ import typer
 
 from kilotwin.commands import terminal
 from kilotwin.commands.options import (
+    PAGE_SPEED,
     ConfineMode,
     File,
     Json,
@@ -26,6 +27,7 @@ from kilotwin.commands.options import (
     Trust,
     View,
     ViewPort,
+    ViewSpeed,
     command_app,
     given_settings,
 )
@@ -67,7 +69,6 @@ OhcLink = Annotated[Path | None, typer.Option("--link-ohc", hidden=True)]
 DispatcherLink = Annotated[Path | None, typer.Option("--link-dispatcher", hidden=True)]
 Poses = Annotated[str | None, typer.Option(hidden=True)]
 Fast = Annotated[bool, typer.Option("--fast", hidden=True)]
-ServedSpeed = Annotated[float, typer.Option("--speed", min=0.001, hidden=True)]
 Gdb = Annotated[
     int | None,
     typer.Option(
@@ -144,7 +145,6 @@ def run(
     link_ohc: OhcLink = None,
     link_dispatcher: DispatcherLink = None,
     poses: Poses = None,
-    speed: ServedSpeed = 1.0,
     fast: Fast = False,
     gdb: Gdb = None,
     gdb_port: GdbPort = 1234,
@@ -158,6 +158,7 @@ def run(
     require_twin: RequireTwin = False,
     no_twin: NoTwin = False,
     view: View = False,
+    speed: ViewSpeed = None,
     view_port: ViewPort = 0,
     no_browser: NoBrowser = False,
     as_json: Json = False,
@@ -169,23 +170,24 @@ def run(
     twin = "off" if sanitize else chosen(require=require_twin, without=no_twin)
     given = given_settings(settings, seed)
     if verify:
-        others = (given, serve, plots, gdb, vcd, coverage, sanitize, dry_run, view)
+        others = (given, serve, plots, gdb, vcd, coverage, sanitize, dry_run, view, speed)
         if any(option not in (None, False, []) for option in others):
             raise InputError("--verify repeats a run as it was; give --out, --json or --quiet")
         _verify(experiment, out, as_json, quiet)
     if serve:
+        served_speed = math.inf if fast else speed or 1.0
         typer.echo(
             f"--serve goes with the next version; type: kilotwin serve world {experiment}", err=True
         )
         serve_world(
             experiment,
             given,
-            serving_of(
-                port, can, link_ohc, link_dispatcher, poses, speed=math.inf if fast else speed
-            ),
+            serving_of(port, can, link_ohc, link_dispatcher, poses, speed=served_speed),
             Shown(view, view_port, no_browser, as_json, quiet),
             out,
         )
+    if speed is not None and not view:
+        raise InputError("--speed is that of a run beside its page; add --view, or leave it out")
     given = [*_ways_to_run(coverage, sanitize), *given]
     loaded = Experiment.load(experiment, given)
     if dry_run:
@@ -197,7 +199,8 @@ def run(
         extras.require("matplotlib")
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))
     shown = Shown(view, view_port, no_browser, as_json, quiet)
-    with shown.display(steers=True) as (display, viewer):
+    pace = PAGE_SPEED if speed is None else speed
+    with shown.display(steers=True, note=_waits_at(pace)) as (display, viewer):
         outcome = run_experiment(
             loaded,
             out,
@@ -206,6 +209,7 @@ def run(
             probes=probes,
             twin=twin,
             window=viewer,
+            speed=pace if view else math.inf,
             covered=coverage,
             sanitized=sanitize,
         )
@@ -228,8 +232,11 @@ class Shown:
     quiet: bool
 
     @contextlib.contextmanager
-    def display(self, *, steers: bool) -> "Iterator[tuple[Display, AttachedViewer | None]]":
-        """The display on the terminal, and the page if it is wanted; `steers`: the page may."""
+    def display(
+        self, *, steers: bool, note: str = ""
+    ) -> "Iterator[tuple[Display, AttachedViewer | None]]":
+        """The display on the terminal, and the page if it is wanted; `steers`: the page may.
+        `note`: a word on how it runs beside the page."""
         display = terminal.display(self.quiet)
         with window(
             self.view,
@@ -238,8 +245,19 @@ class Shown:
             no_browser=self.no_browser,
             quiet=self.quiet,
             steers=steers,
+            note=note,
         ) as viewer:
             yield display, viewer
+
+
+def _waits_at(speed: float) -> str:
+    """A line on when and how fast a run goes beside its page; none where it waits for nothing."""
+    if math.isinf(speed):
+        return ""
+    return (
+        f"open that page: the run waits for it, and goes {speed:g} times real time "
+        "(--speed 1 is real time, --speed max waits for nothing)"
+    )
 
 
 def serving_of(

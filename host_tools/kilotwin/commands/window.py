@@ -16,16 +16,27 @@ if TYPE_CHECKING:
 
 @contextlib.contextmanager
 def window(
-    view: bool, display: Display, *, port: int, no_browser: bool, quiet: bool, steers: bool
+    view: bool,
+    display: Display,
+    *,
+    port: int,
+    no_browser: bool,
+    quiet: bool,
+    steers: bool,
+    note: str = "",
 ) -> Iterator["AttachedViewer | None"]:
-    """The viewer of what runs meanwhile; None unless `view`. What fails takes it along."""
+    """The viewer of what runs meanwhile; None unless `view`. What fails takes it along. `note` is
+    shown below the address."""
     if not view:
         yield None
         return
 
     def shown(address: str) -> None:
         # Without the address there is no page.
-        (display.warn if quiet else display.note)(f"view: {address}")
+        show = display.warn if quiet else display.note
+        show(f"view: {address}")
+        if note:
+            show(note)
         if not no_browser:
             attached.open_page(address)
 

@@ -1,5 +1,6 @@
 """A run as the parent passes it to its worker process."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -96,6 +97,9 @@ class Job:
     """Code that is made beside the run, and taken over when it is there."""
     live: int | None = None
     """The worker's end of the socket to a viewer, inherited; see session/live_link.py."""
+    speed: float = math.inf
+    """How many times real time it goes once a page of the viewer is open, for which it waits;
+    infinite: as fast as it can, and at once."""
 
     @property
     def all_guests(self) -> list[str]:

@@ -60,11 +60,13 @@ class Live(Companion):
         zero_tick: Callable[[], int] = lambda: 0,
         waits: Callable[[], None] = lambda: None,
         others: tuple[int, ...] = (),
+        speed: float = math.inf,
     ) -> None:
         """Without `steering` it is only seen; `grid`: there are modules to be seen.
 
         `zero_tick` is that of the run's begin. `waits` is called before it waits while the run may
-        not go on: until something comes here or at the descriptors `others`, or for a moment.
+        not go on: until something comes here or at the descriptors `others`, or for a moment. With
+        a finite `speed` it waits for the first page, and then goes so many times real time.
         """
         self._grid = grid
         self._zero_tick = zero_tick
@@ -75,6 +77,9 @@ class Live(Companion):
         self._simulation = simulation
         self._steering = steering
         self._asked = self._closely = False
+        self._awaits_page = steering is not None and not math.isinf(speed)
+        if steering is not None and self._awaits_page:
+            steering.pace = Pace(speed, paused=True)
 
     def step(self, now: int) -> None:
         """Does what was asked for; waits a moment if the run may not go on."""
@@ -95,6 +100,7 @@ class Live(Companion):
     def heed(self) -> None:
         """Does what was asked for since the last call."""
         for order in self._link.orders():
+            self._begin()
             if order.get("do") == "look":
                 self._asked = True
                 self._closely |= order.get("closely") is True
@@ -108,6 +114,12 @@ class Live(Companion):
             self._link.send(packed_moment(look(), self._zero_tick(), **self._pace(), **more))
         if self._link.closed and self._steering is not None and self._steering.pace.paused:
             self._steering.pace = Pace()  # no page is left to have it go on
+
+    def _begin(self) -> None:
+        """The run goes on once a page has asked for something."""
+        if self._awaits_page and self._steering is not None:
+            self._awaits_page = False
+            self._steering.pace.resume(time.monotonic(), self._simulation.tick)
 
     def _answer(self, order: dict[str, Any]) -> None:
         error = "this run cannot be steered: hosts outside, or nobody, steer it"

@@ -16,9 +16,9 @@ MOST_STEP_TICKS = 1_000_000
 class Pace:
     """`speed` is in simulated seconds per second; infinite: as fast as it can."""
 
-    def __init__(self) -> None:
-        self.speed = math.inf
-        self.paused = False
+    def __init__(self, speed: float = math.inf, *, paused: bool = False) -> None:
+        self.speed = speed
+        self.paused = paused
         self._stop_at = NEVER  # a tick: then it pauses
         self._from = (0.0, 0)  # wall time and tick since which the speed holds
 

@@ -3,6 +3,7 @@
 import contextlib
 import importlib.util
 import json
+import math
 import os
 import platform
 import shutil
@@ -108,6 +109,7 @@ def run(
     timeout_s: float | None = None,
     twin: Mode = "off",
     window: Window | None = None,
+    speed: float = math.inf,
     covered: bool = False,
     sanitized: bool = False,
     acts: tuple[Act, ...] = (),
@@ -116,8 +118,8 @@ def run(
 
     `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
     interrupted. `twin`: whether native programs are held against their ATmega328P. `window`: where
-    the run is seen as it goes. `covered`, `sanitized`: as build_group() has them. `acts`: what is
-    done in it again.
+    the run is seen as it goes, and `speed` how fast then (Job.speed). `covered`, `sanitized`: as
+    build_group() has them. `acts`: what is done in it again.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
@@ -151,6 +153,7 @@ def run(
             acts=acts,
             faster=() if runs_native_code(experiment) else expected(experiment, guests),
             live=None if window is None else window.run_end,
+            speed=speed,
         )
         try:
             outcome = _Child(job, display, timeout_s, functions, window, optimiser=optimiser).wait()
@@ -341,7 +344,8 @@ class _Child:
     def _say_what_native_takes(self, ran_s: float, whole_s: float) -> None:
         """Once, of a long run of programs that run translated."""
         experiment = self._job.experiment
-        if self._estimated or ran_s < _KNOWN_S or whole_s < _LONG_S:
+        paced = not math.isinf(self._job.speed)
+        if self._estimated or paced or ran_s < _KNOWN_S or whole_s < _LONG_S:
             return
         self._estimated = True
         native_s = cpu_s_of(experiment, natively=True)

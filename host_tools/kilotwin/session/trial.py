@@ -274,6 +274,7 @@ class Trial(Generic[WriterT]):
                 zero_tick=lambda: world.zero_tick,
                 waits=lambda: self._report({"type": "waits"}),
                 others=(sys.stdin.fileno(),),
+                speed=job.speed,
             )
         ]
 

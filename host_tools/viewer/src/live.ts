@@ -30,6 +30,8 @@ export class Moments {
   changed: () => void = () => {};
   // Whether motors, batteries and counts of messages are wanted, too.
   closely = false;
+  // Whether there will be no more.
+  over = false;
 
   constructor(private readonly scene: Scene) {
     const socket = new WebSocket(new URL("moments", location.href.replace(/^http/, "ws")));
@@ -45,6 +47,7 @@ export class Moments {
     };
     socket.onclose = () => {
       this.latest = null;
+      this.over = true;
       this.changed();
     };
   }

@@ -105,7 +105,8 @@ class Page {
     const latest = this.moments?.latest;
     if (latest && this.clock.following) this.clock.extend(latest.timeS);
     if (latest) this.steering?.show(latest);
-    if (this.steering) this.steering.element.hidden = !latest;
+    if (this.moments?.over) this.steering?.end(() => this.playAgain());
+    if (this.steering) this.steering.element.hidden = !latest && !this.moments?.over;
     this.dirty = true;
   }
 
@@ -219,6 +220,11 @@ class Page {
   private goToEnd(): void {
     this.go(this.clock.lastS);
     this.clock.following = this.scenes.some((scene) => scene.status === RUNNING);
+  }
+
+  private playAgain(): void {
+    this.go(this.clock.firstS);
+    this.clock.toggle();
   }
 
   // To the sample before or after the time that is shown.

@@ -12,6 +12,8 @@ export interface Offers {
 
 const SPEEDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, null];
 const SAID_MS = 6000;
+const OVER = "is over; ▶ plays what it recorded, the slider goes to any time of it";
+const GONE = "the run is over; robots can be moved while it goes: start it again with --view";
 
 export class SteeringBar {
   readonly element = element("div", "", { id: "steering" });
@@ -26,6 +28,7 @@ export class SteeringBar {
   private paused = false;
   private speedNow: number | null = null;
   private saidAt = 0;
+  private over = false;
 
   constructor(offers: Offers) {
     this.hold.id = "hold";
@@ -65,6 +68,19 @@ export class SteeringBar {
     if (performance.now() - this.saidAt > SAID_MS) this.said.textContent = "";
   }
 
+  // The run is over: from now on `again` plays what it has recorded.
+  end(again: () => void): void {
+    if (this.over) return;
+    this.over = true;
+    if (this.moves) this.toggleMoves();
+    this.element.replaceChildren(
+      element("strong", "run"),
+      element("span", OVER),
+      this.button("▶ again", "play the record from its start", again),
+      this.said,
+    );
+  }
+
   toggle(): void {
     void this.ask({ do: this.paused ? "resume" : "pause" });
   }
@@ -84,6 +100,7 @@ export class SteeringBar {
   }
 
   toggleMoves(): void {
+    if (this.over && !this.moves) return this.say(GONE);
     this.moves = !this.moves;
     this.mover.classList.toggle("on", this.moves);
     this.changed();
@@ -97,7 +114,8 @@ export class SteeringBar {
     void this.ask({ do: "turn", robot, heading_rad });
   }
 
-  private async ask(order: Record<string, unknown>): Promise<boolean> {
+  private async ask(order: Record<string, unknown>): Promise<void> {
+    if (this.over) return this.say(GONE);
     const headers = { "Content-Type": "application/json" };
     let text = "";
     try {
@@ -106,11 +124,14 @@ export class SteeringBar {
     } catch {
       text = "the viewer is gone";
     }
+    this.say(text);
+  }
+
+  private say(text: string): void {
     this.saidAt = performance.now();
     this.said.textContent = text;
     this.said.title = text;
     this.changed();
-    return text === "";
   }
 
   // A message of the overhead controller, to all robots or one.

@@ -245,3 +245,30 @@ def test_a_run_that_is_only_seen_refuses_orders(bench: Bench) -> None:
         assert allowed(live) > 0
         assert "cannot be steered" in _head(end)["error"]
         assert not select.select([end], [], [], 0)[0]
+
+
+def test_a_run_with_a_speed_waits_for_the_first_page(bench: Bench) -> None:
+    run, end = socket.socketpair()
+    with run, end:
+        end.settimeout(5)
+        live = Live(run.fileno(), bench.table, bench.steering, speed=10)  # type: ignore[arg-type]
+        assert allowed(live) == 0
+        assert bench.steering.pace.paused
+        end.sendall(_sent(do="look"))
+        live.step(100)
+        moment = _head(end)
+        assert (moment["paused"], moment["speed"]) == (False, 10)
+        assert bench.events == []  # nobody has steered
+
+
+def test_a_page_that_opens_with_an_order_starts_the_run_and_has_its_order(bench: Bench) -> None:
+    run, end = socket.socketpair()
+    with run, end:
+        end.settimeout(5)
+        live = Live(run.fileno(), bench.table, bench.steering, speed=10)  # type: ignore[arg-type]
+        end.sendall(_sent(do="pause", id=1))
+        assert allowed(live) == 0
+        assert _head(end)["error"] == ""
+        end.sendall(_sent(do="look"))
+        live.step(100)
+        assert _head(end)["paused"]
