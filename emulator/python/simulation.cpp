@@ -123,6 +123,13 @@ nb::object frames_of(const PythonSimulation &self) {
     return array_of(std::move(counts), 2);
 }
 
+nb::object decisions_of(const PythonSimulation &self) {
+    std::vector<uint32_t> counts;
+    for (size_t i = 0; i < self.simulation().size(); i++)
+        counts.push_back(self.simulation().robot(i).decisions());
+    return array_of(std::move(counts));
+}
+
 // The bytes of a guest's variables, as its program has laid them out.
 nb::bytes state_of(const PythonSimulation &self, size_t robot) {
     auto bytes = robot_of(self, robot).variables();
@@ -232,6 +239,7 @@ void register_results(Class &simulation) {
 void register_robots(Class &simulation) {
     simulation.def("motors", motors_of)
         .def("frames", frames_of, "[N, 2]: sent and received.")
+        .def("decisions", decisions_of, "[N]: times that LED or motors have changed.")
         .def("state", state_of, nb::arg("robot"))
         .def("program", program_of, nb::arg("robot"))
         .def(

@@ -76,6 +76,19 @@ void RobotRecord::drive(const MotorCommand &command) {
     if (driving_since != NEVER) driven += command.at - driving_since;
     driving_since = left != 0 || right != 0 ? command.at : NEVER;
     motor_commands.push_back(command);
+    decide(command.at);
+}
+
+void RobotRecord::show(uint8_t rgb, Cycles at) {
+    if (rgb == color) return;
+    color = rgb;
+    decide(at);
+}
+
+// A colour is written bit by bit, a motor after the other, with a kick before: that is one.
+void RobotRecord::decide(Cycles at) {
+    if (decisions == 0 || at >= last_decision + TICK_CYCLES) decisions++;
+    last_decision = std::max(last_decision, at);
 }
 
 void RobotRecord::stop(EventKind kind, std::string text, CodePath code) {

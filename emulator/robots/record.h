@@ -139,6 +139,8 @@ struct RobotRecord : GuestTime {
     uint32_t rand_hard_draws = 0;  ///< so far
     uint8_t left = 0, right = 0;   ///< duties
     uint8_t color = 0;             ///< of the LED, as the program set it
+    uint32_t decisions = 0;        ///< times that LED or motors changed, a tick apart at least
+    Cycles last_decision = 0;
 
     // ... and what changes rarely.
     Cycles overflow = NEVER;  ///< after a retry: when the timer's next ordinary match comes
@@ -196,6 +198,8 @@ struct RobotRecord : GuestTime {
     /// Converter reading of its battery, 0..1023.
     int16_t voltage(Cycles at) const;
     void drive(const MotorCommand &command);
+    void show(uint8_t rgb, Cycles at);  ///< by the LED
+    void decide(Cycles at);             ///< counts it
     void report(EventKind kind, std::string text, CodePath code = {});
     void note(uint8_t mistake, std::string text, CodePath code = {});  ///< once each
     /// Its program failed. Its driver frees what only a running program needs.

@@ -112,7 +112,7 @@ class alignas(64) Robot {
         return std::exchange(record_.inbox, {});
     }
     void drive(const MotorCommand &command) { record_.drive(command); }
-    void show(uint8_t color) { record_.color = color; }
+    void show(uint8_t color, Cycles at) { record_.show(color, at); }
     void report(Cycles at, uint32_t tick, EventKind kind, std::string text);
     void crash(Cycles at, uint32_t tick, std::string text, CodePath code);
 
@@ -187,6 +187,8 @@ class alignas(64) Robot {
     /// Duties of its motors as they are driven now, 0..255.
     uint8_t left_duty() const { return record_.left; }
     uint8_t right_duty() const { return record_.right; }
+    /// Times so far that its LED or motors changed; changes within a tick are one.
+    uint32_t decisions() const { return record_.decisions; }
 
   private:
     static constexpr size_t OFTEN_USED_BYTES = 5 * sizeof(CacheLine);

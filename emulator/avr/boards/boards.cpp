@@ -126,7 +126,7 @@ void Boards::end_message(Place &place) {
 void Boards::take_outputs(Place &place, Cycles until) {
     auto &outputs = place.board.outputs;
     for (const auto &motor : outputs.motors) place.robot.drive(motor);
-    if (!outputs.colors.empty()) place.robot.show(outputs.colors.back().rgb);
+    for (const auto &color : outputs.colors) place.robot.show(color.rgb, color.at);
     for (const auto &edge : outputs.light) switch_lamp(place.lamp, edge.at, edge.on);
     rest(place.lamp, until);
     for (const auto &serial : outputs.serial)

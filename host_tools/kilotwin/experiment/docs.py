@@ -51,6 +51,7 @@ _DEFAULTS = {
     "arena.blocks_light": "`true` (foot-bot), `false` (kilobot)",
     "name": "the file's name",
     "controller.neighbour_timeout_s": "as the window",
+    "record.sample_s": "`10` (foot-bot), `1` (kilobot; `0.25` in runs of up to 300 s)",
     "swarm.floor": "`true` (foot-bot), `false` (kilobot, and on a grid)",
 }
 TOP = "Keys of no table"

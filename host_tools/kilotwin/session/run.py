@@ -245,7 +245,7 @@ class _Child:
         self._folder_made = self._began = False
         self._optimiser = optimiser
         self._began_s = 0.0
-        self._estimated = False
+        self._estimated = not math.isinf(job.speed)  # it takes as long as its page wants
         self._beside_before = _beside(job.folder)
         self._interrupts = 0
         self._out_of_patience = False
@@ -344,8 +344,7 @@ class _Child:
     def _say_what_native_takes(self, ran_s: float, whole_s: float) -> None:
         """Once, of a long run of programs that run translated."""
         experiment = self._job.experiment
-        paced = not math.isinf(self._job.speed)
-        if self._estimated or paced or ran_s < _KNOWN_S or whole_s < _LONG_S:
+        if self._estimated or ran_s < _KNOWN_S or whole_s < _LONG_S:
             return
         self._estimated = True
         native_s = cpu_s_of(experiment, natively=True)

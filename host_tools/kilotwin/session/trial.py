@@ -15,6 +15,7 @@ from kilotwin.metrics.functions import Functions, LocalFunctions, RemoteFunction
 from kilotwin.metrics.meter import Meter
 from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.folder import FINISHED, INTERRUPTED, TOUCHED, add_to_manifest
+from kilotwin.runs.sampling import DECISION_S, decision_s
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.acts import STEERED, Repetition
 from kilotwin.session.emulated import EmulatedWorld
@@ -120,8 +121,13 @@ class Trial(Generic[WriterT]):
             "final_hash": simulation.final_hash(),
             "run_folder": str(self._job.folder),
             "stats": simulation.stats(),
+            DECISION_S: decision_s(simulation.decisions(), self._counts(), simulated_s),
             **parts,
         }
+
+    def _counts(self) -> list[int]:
+        """Robots of each program."""
+        return [group.count for group in self._job.experiment.groups]
 
     def frames(self) -> "NDArray[np.uint32]":
         """[robots, 2]: frames sent and received so far."""

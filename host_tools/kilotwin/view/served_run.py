@@ -12,6 +12,7 @@ from kilotwin.runs.columns import COUNTERS
 from kilotwin.runs.folder import MANIFEST, RUNNING, SENT, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
+from kilotwin.runs.sampling import coarseness
 from kilotwin.runs.scene import scene_of
 
 MOST_EVENTS = 10_000
@@ -44,7 +45,8 @@ class ServedRun:
         return {**scene_of(self._run), **self.state(), "recorded": None if everyone else recorded}
 
     def state(self) -> dict[str, Any]:
-        """How far it is; `last_s` is the time of the last sample."""
+        """How far it is; `last_s` is the time of the last sample; `coarse`: a line if its samples
+        are too few."""
         if self._run.manifest.get("status") == RUNNING:
             written_ns = self._manifest_ns()
             if written_ns != self._written_ns:
@@ -59,6 +61,7 @@ class ServedRun:
             "samples": number,
             "first_s": float(times_s[0]) if number else 0.0,
             "last_s": float(times_s[-1]) if number else 0.0,
+            "coarse": coarseness(self._run),
         }
 
     def _manifest_ns(self) -> int:

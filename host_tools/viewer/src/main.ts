@@ -326,6 +326,9 @@ class Page {
       return `${of}: ${scene.status}${number}`;
     });
     byId("title").textContent = texts.join(" | ");
+    const coarse = this.scenes.map((scene) => scene.coarse).filter(Boolean);
+    byId("coarse").textContent = coarse.join("; ");
+    byId("coarse").hidden = !coarse.length;
   }
 
   // Each known state of each run with its colour, its mark, and how many robots are in it.

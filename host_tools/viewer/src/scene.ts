@@ -32,6 +32,8 @@ export interface RunState {
   samples: number;
   first_s: number;
   last_s: number;
+  // A line if programs change LEDs more often than samples were taken; else empty.
+  coarse: string;
 }
 
 export interface Scene extends RunState {

@@ -55,6 +55,21 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
     assert spec["readings"] == {"temperature": 280}
 
 
+@pytest.mark.parametrize(
+    ("text", "settings", "sample_s"),
+    [
+        (KILOBOT, ["duration_s=3600"], 1.0),
+        (KILOBOT, ["duration_s=300"], 0.25),
+        (KILOBOT, ["duration_s=300", "record.sample_s=7"], 7.0),
+        (SMALL, ["duration_s=60"], 10.0),
+    ],
+)
+def test_kilobots_are_sampled_each_second_and_more_often_in_a_short_run(
+    load: Load, text: str, settings: list[str], sample_s: float
+) -> None:
+    assert load(text, *settings).keys.record.sample_s == sample_s
+
+
 def test_a_foot_bot_moves_without_noise(load: Load) -> None:
     profile = spec_of(load())["profile"]
     assert isinstance(profile, dict)

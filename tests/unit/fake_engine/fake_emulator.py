@@ -141,6 +141,9 @@ class Simulation:
 
     final_hash = result_hash
 
+    def decisions(self) -> np.ndarray:
+        return np.full(self.robots, 4, dtype=np.uint32)
+
     def stats(self) -> dict[str, int | float]:
         return {
             "frames_sent": 0,

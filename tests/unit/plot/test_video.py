@@ -9,8 +9,10 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 from kilotwin.errors import InputError, RunError
+from kilotwin.runs.folder import add_to_manifest
 from kilotwin.runs.palette import state_colours
 from kilotwin.runs.reader import Run
+from kilotwin.runs.sampling import DECISION_S
 from kilotwin.studies.plot.video import Film, write_video
 
 from ..conftest import SMALL
@@ -68,6 +70,21 @@ def test_robots_go_where_the_run_says(run: Run, tmp_path: Path) -> None:
     assert moved * pixel_m == pytest.approx(1.0, abs=0.05)
     half = middle_of_robots(pictures[len(pictures) // 2]) - middle_of_robots(pictures[0])
     assert half == pytest.approx(moved / 2, abs=2)
+
+
+def test_a_video_says_when_robots_change_their_led_between_its_samples(
+    run: Run, tmp_path: Path
+) -> None:
+    assert "colours" not in write_video(run, tmp_path / "a.gif", Film(speed=5, width_px=480), quiet)
+    still = frames(tmp_path / "a.gif")[0]
+    add_to_manifest(run.folder, {"summary": {DECISION_S: 0.4}})
+    run = Run.open(run.folder)
+    said = write_video(run, tmp_path / "b.gif", Film(speed=5, width_px=480), quiet)
+    assert "colours and places are known each 10 s only" in said
+    below = slice(round(0.95 * still.shape[0]), None)
+    assert not np.array_equal(frames(tmp_path / "b.gif")[0][below], still[below])
+    said = write_video(run, tmp_path / "c.gif", Film(speed=250, width_px=480), quiet)
+    assert "colours" not in said  # a frame is 10 s
 
 
 def many(names: list[str]) -> str:

@@ -37,7 +37,7 @@ def test_without_prints_there_is_no_folder(tmp_path: Path) -> None:
 
 
 def test_prints_beyond_the_limits_are_counted_by_robot_and_module() -> None:
-    limit = PrintLimit(Record(prints_per_robot=2, prints=4))
+    limit = PrintLimit(Record(sample_s=1, prints_per_robot=2, prints=4))
     printed = [("robot", 1), ("robot", 1), ("robot", 1), ("robot", 1), ("module", (2, 3))]
     printed += [("robot", 5), ("robot", 6)]
     events = [
@@ -54,6 +54,6 @@ def test_prints_beyond_the_limits_are_counted_by_robot_and_module() -> None:
 
 
 def test_all_prints_are_kept_within_the_limits() -> None:
-    limit = PrintLimit(Record(prints_per_robot=1, prints=1))
+    limit = PrintLimit(Record(sample_s=1, prints_per_robot=1, prints=1))
     assert limit.admits({"kind": "print", "tick": 0, "robot": 0, "text": "x"})
     assert list(limit.left_out()) == []

@@ -154,7 +154,8 @@ def test_a_module_has_its_events_its_counters_and_its_reports(begin: Begin) -> N
 def test_a_run_says_how_far_it_is_and_that_it_ended(begin: Begin) -> None:
     writer = begin()
     served = ServedRun(Run.open(writer.folder))
-    assert served.state() == {"status": "running", "samples": 0, "first_s": 0.0, "last_s": 0.0}
+    at_first = {"status": "running", "samples": 0, "first_s": 0.0, "last_s": 0.0, "coarse": ""}
+    assert served.state() == at_first
     writer.add(samples([0, 1000]))
     assert served.state()["samples"] == 2
     assert served.state()["last_s"] == pytest.approx(32.768)

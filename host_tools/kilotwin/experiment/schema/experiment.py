@@ -19,7 +19,13 @@ from kilotwin.experiment.schema.grid import CellColour, Faults, Grid, grid_size_
 from kilotwin.experiment.schema.metric import Metric
 from kilotwin.experiment.schema.object import PushedObject
 from kilotwin.experiment.schema.picture import FloorTable, LightPicture
-from kilotwin.experiment.schema.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.schema.profile_defaults import (
+    KILOBOT_MEDIUM,
+    PROFILES,
+    SHORT_S,
+    Profile,
+    motion_defaults,
+)
 from kilotwin.experiment.schema.record import Record
 from kilotwin.experiment.schema.section import (
     Byte,
@@ -387,6 +393,12 @@ def _drawn_sites(raw: dict[str, Any]) -> dict[str, Any]:
     return {"site": [*sites, *more.values()]}
 
 
+def _sample_s(duration_s: Any, profile: Profile) -> float:
+    """The default of record.sample_s; a duration that is none is refused later."""
+    is_short = isinstance(duration_s, int | float) and duration_s <= SHORT_S
+    return profile.short_sample_s if is_short else profile.sample_s
+
+
 class ExperimentSchema(AggregationTables):
     """A whole experiment file."""
 
@@ -419,7 +431,7 @@ class ExperimentSchema(AggregationTables):
     environment: EnvironmentTable | None = None
     grid: Grid | None = None
     faults: Faults = Faults.model_construct()
-    record: Record = Record.model_construct()
+    record: Record
     metric: Annotated[dict[Text, Metric], Field(max_length=100)] = {}
     expect: Annotated[list[Expect], Field(max_length=1000)] = []
     engine: Engine
@@ -461,6 +473,9 @@ class ExperimentSchema(AggregationTables):
         engine = raw.get("engine", {})
         if isinstance(engine, dict):
             filled["engine"] = {"step_ticks": profile.step_ticks, **engine}
+        record = raw.get("record", {})
+        if isinstance(record, dict):
+            filled["record"] = {"sample_s": _sample_s(raw.get("duration_s"), profile), **record}
         motion = raw.get("motion", {} if profile.legs else None)
         if isinstance(motion, dict):
             filled["motion"] = {**motion_defaults(profile), **motion}

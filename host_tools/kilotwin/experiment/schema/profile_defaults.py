@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 from kilotwin.experiment.programs import Runtime
 
+SHORT_S = 300.0
+"""A run that is so short is sampled more often."""
+
 Defaults = dict[str, float | bool]
 
 
@@ -27,6 +30,8 @@ class Profile:
     line_of_light: bool  # walls stop its infrared, which is not reflected by the table
     legs: bool
     step_ticks: int
+    sample_s: float
+    short_sample_s: float  # of runs of SHORT_S at most
 
 
 PROFILES = {
@@ -48,6 +53,8 @@ PROFILES = {
             line_of_light=True,
             legs=False,
             step_ticks=2,
+            sample_s=10.0,
+            short_sample_s=10.0,
         ),
         # hardware.md 2. Speed and [motion] are fitted to tracks of real robots, see
         # docs/limits.md; others say 7 to 15 mm/s.
@@ -67,6 +74,9 @@ PROFILES = {
             line_of_light=False,
             legs=True,
             step_ticks=4,  # as far as a foot-bot in 2, measured in radii
+            # A robot of a published program decides something each second or two.
+            sample_s=1.0,
+            short_sample_s=0.25,
         ),
     ]
 }

@@ -31,7 +31,7 @@ class Record(Section):
     Nothing here but sample_s changes a run's result_hash.
     """
 
-    sample_s: Interval = 10.0
+    sample_s: Interval
     """Seconds from one sample to the next. Samples are at ends of world steps (engine.step_ticks),
     so never more frequent than these. Start and end are always recorded."""
     robots_s: Interval | None = None

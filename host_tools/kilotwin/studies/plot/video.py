@@ -27,6 +27,7 @@ from kilotwin.files.plain_text import plain
 from kilotwin.runs.palette import FLOOR, OBJECT, OUTLINE, state_colours
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
+from kilotwin.runs.sampling import coarseness
 from kilotwin.studies.plot.map import area_patch, draw_floor, points_per_metre
 from kilotwin.studies.plot.style import draw, title
 
@@ -81,6 +82,7 @@ def write_video(run: Run, target: Path, film: Film, part: Callable[[float], None
     return (
         f"{target}: {times[0]:,.0f} s to {times[-1]:,.0f} s at {speed:g} times real time, "
         f"{len(times)} frames of {picture.size[0]} x {picture.size[1]}"
+        + (f"; {picture.note}" if picture.note else "")
     )
 
 
@@ -176,6 +178,8 @@ class _Picture:
         self._colours = [named[states.names[state]] for state in states.of_led]
         self._trails = film.trails
         self._speed = speed
+        self.note = coarseness(run, speed / FRAMES_S)
+        """A line below the picture; "" for none."""
         self._radius = PROFILES[run.experiment.swarm.profile].radius_m
         draw(lambda: self._make(film.width_px))
 
@@ -215,6 +219,8 @@ class _Picture:
         scale = max(0.5, min(width_px / 720, 1), width_px / 960)
         heading = figure.text(0.03, 0.94, title(self._run), size=12 * scale, weight="bold")
         _shrink([heading])
+        if self.note:
+            _shrink([figure.text(0.03, 0.01, self.note, size=9 * scale)])
         self._axes = axes
         diameter = np.array([2 * self._radius])
         point = 1 / points_per_metre(axes)
