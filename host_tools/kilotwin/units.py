@@ -38,3 +38,8 @@ def duration_text(duration_s: float) -> str:
         return f"{duration_s:.0f} s"
     minutes = duration_s / 60
     return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
+
+
+def counted(number: int, thing: str) -> str:
+    """`1 print`, `1,000 prints`."""
+    return f"{number:,} {thing}{'' if number == 1 else 's'}"

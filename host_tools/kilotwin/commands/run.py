@@ -215,7 +215,7 @@ def run(
         )
         if coverage:
             _cover(loaded, outcome)
-        _tell(outcome, plots=plots, as_json=as_json)
+        _tell(outcome, plots=plots, as_json=as_json, seen=view)
         if not outcome.stop_asked:
             stay(viewer)
     raise typer.Exit(outcome.exit_code)
@@ -286,7 +286,7 @@ def serve_world(
     serving.check(loaded)
     with shown.display(steers=False) as (display, viewer):
         outcome = run_experiment(loaded, out, sys.argv, display, serving=serving, window=viewer)
-        _tell(outcome, plots=False, as_json=shown.as_json)
+        _tell(outcome, plots=False, as_json=shown.as_json, seen=shown.view)
         if not outcome.stop_asked:
             stay(viewer)
     raise typer.Exit(outcome.exit_code)
@@ -316,8 +316,8 @@ def _cover(experiment: Experiment, outcome: Outcome) -> None:
     outcome.summary["coverage"] = report.written(sources, folder)
 
 
-def _tell(outcome: Outcome, *, plots: bool, as_json: bool) -> None:
-    """Prints the summary of a run."""
+def _tell(outcome: Outcome, *, plots: bool, as_json: bool, seen: bool) -> None:
+    """Prints the summary of a run, and what to type next; `seen`: in the browser."""
     summary = outcome.summary
     if plots:
         _plot_both(Path(summary["run_folder"]))
@@ -326,6 +326,8 @@ def _tell(outcome: Outcome, *, plots: bool, as_json: bool) -> None:
         typer.echo(plain(troubles), err=True)
     if outcome.exit_code == EXIT_INTERRUPTED:
         typer.echo("interrupted; what was recorded is kept", err=True)
+    if not as_json:
+        typer.echo(plain(terminal.next_text(summary, seen=seen)))
 
 
 def _verify(recorded: Path, out: Path | None, as_json: bool, quiet: bool) -> NoReturn:

@@ -1,22 +1,28 @@
 """Progress of runs and sweeps on stderr, their summaries and errors as text."""
 
+import shlex
 import sys
 import time
 from pathlib import Path
+from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.causes import causes, listed
+from kilotwin.runs.folder import PRINTS
 from kilotwin.session.display import NO_VALUES, Display, Silent, Values
-from kilotwin.units import duration_text, seconds
+from kilotwin.units import counted, duration_text, seconds
 
 if TYPE_CHECKING:
     from kilotwin.commands.bars import SweepBar
 
 _LINE_EVERY_S = 10.0
 _LISTED = 20
+_STATES = 6
+_DARK = "RGB(0,0,0)"
+_PRINT_WIDTH = 60
 
 
 def display(quiet: bool) -> Display:
@@ -60,8 +66,8 @@ class Lines:
         left_s = wall_s * (self._duration_s - done_s) / done_s if done_s > 0 else 0.0
         self.note(
             f"{done_s:,.0f} of {self._duration_s:,.0f} s simulated in {wall_s:.0f} s "
-            f"({done_s / wall_s:,.0f} x real time, {left_s:.0f} s left); "
-            f"{robots_now(resting, not_resting, metrics)}"
+            f"({done_s / wall_s:,.0f} x real time, {left_s:.0f} s left)"
+            + (f"; {robots}" if (robots := robots_now(resting, not_resting, metrics)) else "")
         )
 
     def stop(self) -> None:
@@ -121,7 +127,7 @@ def sweep_now(done: int, trials: int, failed: int, left_s: float) -> str:
 def robots_now(resting: dict[str, int], not_resting: int, metrics: Values = NO_VALUES) -> str:
     """`black 52, white 44, not resting 4, spread 0.21`."""
     sites = [f"{name} {count}" for name, count in resting.items()]
-    robots = [] if metrics and not sites else [f"not resting {not_resting}"]
+    robots = [f"not resting {not_resting}"] if sites else []
     values = [f"{name} {value:.4g}" for name, value in metrics.items() if value is not None]
     return ", ".join([*sites, *robots, *values])
 
@@ -133,13 +139,10 @@ def summary_text(summary: dict[str, Any]) -> str:
         f"{summary['simulated_s']:,.0f} s simulated in {summary['wall_s']:.1f} s "
         f"({summary['robot_s_per_cpu_s']:,} robot-seconds per CPU-second)"
     ]
-    rows: list[tuple[str, str]] = []
-    for name, count in summary["resting"].items():
-        informed = summary["informed"].get(name, 0)
-        note = f"   ({informed} robots are informed for it)" if informed else ""
-        rows.append((f"resting on {name}", f"{count:5d}{note}"))
-    rows.append(("not resting", f"{summary['not_resting']:5d}"))
+    rows = [("robots", _states_text(summary["states"])), *_resting_rows(summary)]
+    rows += _failed_rows(summary)
     rows += _metric_rows(summary)
+    rows += _print_rows(summary)
     rows += _environment_rows(summary)
     if "coverage" in summary:
         rows.append(("coverage", summary["coverage"]["text"]))
@@ -150,6 +153,49 @@ def summary_text(summary: dict[str, Any]) -> str:
     if "coverage" in summary:
         lines.append(coverage_text(summary["coverage"]))
     return "\n".join(lines)
+
+
+def _states_text(states: dict[str, int]) -> str:
+    """`6 RGB(0,3,0), 4 RGB(3,0,0)`, the most first."""
+    most = sorted(states.items(), key=lambda state: -state[1])
+    shown = [f"{count} {'off' if name == _DARK else name}" for name, count in most[:_STATES]]
+    left = sum(count for _, count in most[_STATES:])
+    return ", ".join([*shown, *([f"{left} others"] if left else [])])
+
+
+def _resting_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Robots at rest on each site, and elsewhere; none without sites."""
+    rows = []
+    for name, count in summary["resting"].items():
+        informed = summary["informed"].get(name, 0)
+        note = f"   ({informed} robots are informed for it)" if informed else ""
+        rows.append((f"resting on {name}", f"{count:5d}{note}"))
+    return [*rows, ("not resting", f"{summary['not_resting']:5d}")] if rows else []
+
+
+def _failed_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    failed = {event["robot"] for event in summary["robots_failed"]}
+    return [("failed", f"{len(failed)} of {summary['robots']} robots: see below")] if failed else []
+
+
+def _print_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """How many prints there were, the last one, and where they are."""
+    prints = summary.get("prints", {})
+    if not prints.get("number"):
+        return []
+    last = shorten(prints["last"]["text"], _PRINT_WIDTH, placeholder=" ...")
+    folder = shown_path(Path(summary["run_folder"]) / PRINTS)
+    return [("prints", f'{counted(prints["number"], "line")}, the last "{last}": {folder}/')]
+
+
+def next_text(summary: dict[str, Any], *, seen: bool) -> str:
+    """What to type next; `seen`: it has been in the browser."""
+    folder = shlex.quote(shown_path(Path(summary["run_folder"])))
+    if summary["robots_failed"]:
+        return f"to see where robots failed, type: kilotwin view {folder}"
+    if seen:
+        return f"to have it as a video, type: kilotwin plot video {folder} -o run.gif"
+    return f"to see it, type: kilotwin view {folder}"
 
 
 def coverage_text(told: dict[str, Any]) -> str:
@@ -207,8 +253,7 @@ def record_text(summary: dict[str, Any]) -> str:
         f"{summary['experiment']}: {summary['recorded_s']:,.0f} s recorded, "
         f"{grid['reports']:,} reports of {summary['robots']} robots"
     ]
-    rows = [(f"resting on {name}", f"{count:5d}") for name, count in summary["resting"].items()]
-    rows.append(("not resting", f"{summary['not_resting']:5d}"))
+    rows = _resting_rows(summary)
     rows.append(("polls without answer", f"{grid['polls_missed']:5d} of {grid['polls']:,}"))
     rows.append(("run folder", shown_path(Path(summary["run_folder"]))))
     rows.append(("reports as .kilodat", shown_path(Path(grid["kilodat"]))))
@@ -232,7 +277,7 @@ def bus_troubles_text(grid: dict[str, Any]) -> str:
 
 def module_troubles_text(failed: list[dict[str, Any]]) -> str:
     """A line per cause that modules failed for; mostly empty."""
-    lines = [f"{len(failed)} modules failed:"] if failed else []
+    lines = [f"{counted(len(failed), 'module')} failed:"] if failed else []
     found: dict[str, list[str]] = {}
     for module in failed:
         found.setdefault(module["what"], []).append("-".join(map(str, module["module"])))
@@ -261,7 +306,7 @@ def troubles_text(summary: dict[str, Any]) -> str:
     failed = summary["robots_failed"]
     busy = summary["events"].get("busy_wait", 0)
     spoiled = [f"metric {name}: {why}" for name, why in summary.get("metrics_failed", {}).items()]
-    lines = [f"{len(failed)} robots failed:"] if failed else []
+    lines = [f"{counted(len(failed), 'robot')} failed:"] if failed else []
     lines = _few([*lines, *(cause.text("robot") for cause in causes(failed))], "events.jsonl")
     if modules := module_troubles_text(summary.get("grid", {}).get("modules_failed", [])):
         lines.append(modules)
@@ -270,10 +315,10 @@ def troubles_text(summary: dict[str, Any]) -> str:
     lines += [_undefined_row(one, "module") for one in grid.get("undefined", [])]
     lines += spoiled
     if busy:
-        lines.append(f"{busy} warnings of busy-waiting; events.jsonl has them")
+        lines.append(f"{counted(busy, 'warning')} of busy-waiting: see events.jsonl")
     notes = summary["events"].get("note", 0)
     if notes:
-        lines.append(f"{notes} notes on what programs do; events.jsonl has them")
+        lines.append(f"{counted(notes, 'note')} on what programs do: see events.jsonl")
     return "\n".join(lines)
 
 

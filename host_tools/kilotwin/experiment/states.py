@@ -63,11 +63,13 @@ class States:
 
 @dataclass(frozen=True)
 class Counts:
-    """How many robots, per sample: resting on each site, not so, and in each known state."""
+    """How many robots, per sample: resting on each site, not so, and in each known state; and by
+    the state in the newest sample, colours without a meaning too."""
 
     resting: NDArray[np.int64]  # [k, sites]
     not_resting: NDArray[np.int64]  # [k]
     in_state: NDArray[np.int64]  # [k, known states]
+    shown: dict[str, int]
 
     def last(self, keys: ExperimentSchema) -> dict[str, Any]:
         """The newest sample: robots `resting`, by the name of each site, and `not_resting`."""
@@ -84,7 +86,11 @@ def count(states: States, led: NDArray[np.uint8], site: NDArray[np.uint8], sites
     on_site = np.where(state == states.resting, site, 0)
     resting = _tally(on_site, range(1, sites + 1))
     in_state = _tally(state, range(states.known))
-    return Counts(resting, led.shape[1] - resting.sum(axis=1), in_state)
+    newest = np.bincount(state[-1], minlength=len(states.names)) if len(state) else ()
+    shown = {
+        name: int(number) for name, number in zip(states.names, newest, strict=False) if number
+    }
+    return Counts(resting, led.shape[1] - resting.sum(axis=1), in_state, shown)
 
 
 def _tally(shown: NDArray[np.uint8], values: range) -> NDArray[np.int64]:

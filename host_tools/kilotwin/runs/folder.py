@@ -45,6 +45,9 @@ CAN_LOG = "can.log"
 SENT = "sent"
 MODULES = "modules"
 
+# Events of a program's prints.
+PRINT = "print"
+
 # Events after which a robot, or a module, takes no part any more.
 FAILURES = {"crash", "endless", "stack_overflow"}
 

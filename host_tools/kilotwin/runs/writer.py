@@ -30,6 +30,7 @@ from kilotwin.runs.folder import (
     EXPERIMENT,
     MODULES,
     OBJECTS,
+    PRINT,
     PRINTS,
     Reserve,
     write_manifest,
@@ -116,10 +117,10 @@ class RunWriter:
         """Writes events, which are kept from then on, also if the run is killed. What a robot
         prints goes to its own file too, up to a limit."""
         for event in events:
-            if event["kind"] == "print" and not self._print_limit.admits(event):
+            if event["kind"] == PRINT and not self._print_limit.admits(event):
                 continue
             self._write_event(event)
-            if event["kind"] == "print" and "robot" in event:
+            if event["kind"] == PRINT and "robot" in event:
                 self._prints.add(event["robot"], event["tick"], event["text"])
         self._events.flush()
         self._prints.write()

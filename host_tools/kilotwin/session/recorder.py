@@ -11,7 +11,7 @@ from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.metrics.moment import Moment
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.causes import causes
-from kilotwin.runs.folder import FAILURES, UNDEFINED
+from kilotwin.runs.folder import FAILURES, PRINT, UNDEFINED
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.emulated import EmulatedWorld
 from kilotwin.session.loop import NEVER, Attention, Companion
@@ -66,6 +66,7 @@ class Recorder(Companion, Generic[WriterT]):
         """How many events there were of each kind."""
         self._failed: list[dict[str, Any]] = []
         self._undefined: list[dict[str, Any]] = []
+        self._last_print: dict[str, Any] | None = None
         self._samples = 0
         self._sampled_at = -1
         self._last: Counts | None = None
@@ -107,6 +108,8 @@ class Recorder(Companion, Generic[WriterT]):
                 self._failed.append(event)
             elif event["kind"] == UNDEFINED:
                 self._undefined.append(event)
+            elif event["kind"] == PRINT:
+                self._last_print = event
         if events:
             self.writer.add_events(events)
 
@@ -148,6 +151,8 @@ class Recorder(Companion, Generic[WriterT]):
             counts = self.writer.count(self._world.snapshot())
         return {
             **counts.last(self._experiment.keys),
+            "states": counts.shown,
+            "prints": {"number": self.kinds[PRINT], "last": self._last_print},
             "events": dict(self.kinds),
             "robots_failed": self._failed,
             "causes": [cause.as_dict("robot") for cause in causes(self._failed)],

@@ -99,6 +99,7 @@ class SeenRecorder(Companion):
         self._next = 0
         self._shown_at = -math.inf
         self._robots: dict[str, Any] = {}
+        self._states: dict[str, int] = {}
 
     def step(self, now: int) -> None:
         """Writes one, if it is time to."""
@@ -112,7 +113,7 @@ class SeenRecorder(Companion):
         sample = self._seen(ticks(run_s))
         counts = self._writer.add(sample, self._meter.measure(sample, None, last=last))
         assert counts is not None
-        self._robots = counts.last(self._keys)
+        self._robots, self._states = counts.last(self._keys), counts.shown
         if time.monotonic() - self._shown_at > _PROGRESS_S:
             self._shown_at = time.monotonic()
             self._display.progress(ticks(run_s), **self._robots, metrics=self._meter.latest)
@@ -121,6 +122,7 @@ class SeenRecorder(Companion):
         """How robots were last seen, and the metrics then."""
         return {
             **self._robots,
+            "states": self._states,
             "metrics": metrics_summary(self._keys, self._meter.latest),
             "metrics_failed": self._meter.failed,
         }

@@ -9,7 +9,7 @@ import pyarrow.compute as pc
 
 from kilotwin.errors import InputError
 from kilotwin.runs.columns import COUNTERS
-from kilotwin.runs.folder import MANIFEST, RUNNING, SENT, TRACKING
+from kilotwin.runs.folder import MANIFEST, PRINT, RUNNING, SENT, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
 from kilotwin.runs.sampling import coarseness
@@ -20,7 +20,6 @@ MOST_EVENTS = 10_000
 MOST_LINES = 200
 """The same of words and reports."""
 _MOST_VALUES = 2_000
-_PRINT = "print"
 REPORTED = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
 
 
@@ -72,7 +71,7 @@ class ServedRun:
 
     def events(self) -> dict[str, Any]:
         """Events but prints, which are many: the last ones, and how many there are."""
-        events = [event for event in self._run.events() if event.get("kind") != _PRINT]
+        events = [event for event in self._run.events() if event.get("kind") != PRINT]
         return {"number": len(events), "events": events[-MOST_EVENTS:]}
 
     def robot(self, robot: int) -> dict[str, Any]:
