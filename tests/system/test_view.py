@@ -73,15 +73,11 @@ def no_problems(problems: list[str]) -> Iterator[None]:
 
 
 def counts(page: Page, run: int = 0) -> dict[str, int]:
-    """The numbers beside the states, as the page shows them."""
-    rows = page.query_selector_all("#legend li")
-    found = {}
-    for row in rows:
-        count = row.query_selector(f"[id^=count-{run}-]")
-        name = row.query_selector(".name")
-        if count is not None and name is not None:
-            found[name.inner_text()] = int(count.inner_text())
-    return found
+    """The numbers beside states and colours, as the page shows them."""
+    rows = page.locator("#legend ul").nth(run).locator("li").all()
+    return {
+        row.locator(".name").inner_text(): int(row.locator("output").inner_text()) for row in rows
+    }
 
 
 def picture(page: Page) -> np.ndarray:

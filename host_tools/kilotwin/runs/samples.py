@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from kilotwin.experiment.colours import LED_VALUES
 from kilotwin.experiment.schema.record import EXTRA_OF
 from kilotwin.experiment.states import States
 from kilotwin.runs.columns import METRIC
@@ -25,6 +26,7 @@ _KEPT_BATCHES = 16
 
 MOST_ROWS = 2_000_000
 """Rows of one answer, at most."""
+_MOST_COUNTED = 20_000_000
 
 
 class Rows:
@@ -109,8 +111,18 @@ class Rows:
 class RunSamples:
     """Poses and LEDs of a run's robots, poses of its objects, and its curves."""
 
-    def __init__(self, folder: Path, *, objects: bool, led_of_state: Sequence[int] = ()) -> None:
-        """`led_of_state`: what stands for LEDs where the run recorded states alone."""
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        objects: bool,
+        led_of_state: Sequence[int] = (),
+        curves_of_leds: bool = False,
+    ) -> None:
+        """`led_of_state`: what stands for LEDs where the run recorded states alone;
+        `curves_of_leds`: the run has no states that `sites` counts."""
+        self._curves_of_leds = curves_of_leds
+        self._led_counts: dict[int, NDArray[np.intp]] = {}  # robots by LED, of samples
         self._led_of_state = np.array(led_of_state, dtype=np.uint8)
         self.robots = Rows(folder / "robots.arrows", "robot")
         self.objects = Rows(folder / f"{OBJECTS}.arrows", "object") if objects else None
@@ -129,6 +141,7 @@ class RunSamples:
             run.folder,
             objects=bool(run.experiment.object),
             led_of_state=[int(np.argmax(states.of_led == k)) for k in range(len(states.names))],
+            curves_of_leds=states.known == 0,
         )
         samples.refresh()
         return samples
@@ -222,16 +235,46 @@ class RunSamples:
         return values if column == "led" else self._led_of_state[values.astype(np.intp)]
 
     def series(self, most: int) -> bytes:
-        """The columns of `sites`, every k-th row so that there are no more than `most` rows."""
+        """The columns of `sites`, every k-th row so that there are no more than `most` rows; and
+        where no state has a name, how many robots show each LED, as `led_12`."""
         with self._lock:
-            names = [name for name in self._sites.names if name != "tick"]
             rows = self._sites.rows
             stride = max(1, -(-rows // most))
-            arrays = {
-                name: values[::stride].astype(np.float64 if name == "time_s" else np.float32)
-                for name, values in self._of_sites(names).items()
+            read = {
+                name: values[::stride] for name, values in self._of_sites(self._sites.names).items()
             }
-            return pack({"rows": rows, "stride": stride}, arrays)
+            ticks = read.pop("tick", np.zeros(0)).astype(np.int64)
+            arrays = {
+                name: values.astype(np.float64 if name == "time_s" else np.float32)
+                for name, values in read.items()
+            }
+            return pack({"rows": rows, "stride": stride}, {**arrays, **self._curves(ticks)})
+
+    def _curves(self, ticks: NDArray[np.int64]) -> dict[str, NDArray[np.float32]]:
+        """How many robots show each LED that any shows, in the last sample by each of `ticks`; of
+        many robots some samples stand for those after them."""
+        if not self._curves_of_leds or not self.samples or not len(ticks):
+            return {}
+        numbers = np.maximum(np.searchsorted(self._ticks, ticks, side="right") - 1, 0)
+        step = max(1, -(-len(numbers) * len(self.robots.ids) // _MOST_COUNTED))
+        self._count_leds(sorted({int(number) for number in numbers[::step]}))
+        rows = [self._led_counts[int(number)] for number in numbers[::step]]
+        counts = np.repeat(np.array(rows), step, axis=0)[: len(ticks)]
+        return {
+            f"led_{led}": counts[:, led].astype(np.float32)
+            for led in np.flatnonzero(counts.any(axis=0))
+        }
+
+    def _count_leds(self, wanted: list[int]) -> None:
+        """Counts in those samples, unless it has."""
+        new = [number for number in wanted if number not in self._led_counts]
+        most = max(1, MOST_ROWS // max(1, len(self.robots.ids)))
+        for at in range(0, len(new), most):
+            part = new[at : at + most]
+            led = self._of_robots(part).get("led")
+            for row, number in enumerate(part):
+                shown = np.zeros(0, np.uint8) if led is None else led[row] & (LED_VALUES - 1)
+                self._led_counts[number] = np.bincount(shown, minlength=LED_VALUES)
 
     def history(self, place: int) -> list[tuple[float, int]]:
         """(time in s, LED byte) from each change of the LED on, of the robot in that place."""

@@ -9,6 +9,9 @@ const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9
 const MARKED = new Set(["crash", "endless", "stack_overflow", "fault", "reset"]);
 const MOST_MARKS = 500;
 
+// LEDs that would not be seen on a dark, or a light, page.
+const TOO_PALE: Record<string, string> = { "#000000": "#808080", "#ffffff": "#b0b0b0" };
+
 export interface Curves {
   scene: Scene;
   packed: Packed;
@@ -39,7 +42,9 @@ export class CurvesPanel {
     const joined: uPlot.AlignedData[] = [];
     tables.forEach((run, k) => {
       const { arrays } = run.packed;
-      const names = Object.keys(arrays).filter((name) => name !== "time_s");
+      const left = (name: string) =>
+        name !== "time_s" && (name !== "not_resting" || run.scene.sites.length > 0);
+      const names = Object.keys(arrays).filter(left);
       names.forEach((name, n) => series.push(this.seriesOf(run.scene, names, name, n, k, tables)));
       joined.push([arrays.time_s, ...names.map((name) => withGaps(arrays[name]))] as never);
     });
@@ -90,16 +95,18 @@ export class CurvesPanel {
     run: number,
     runs: Curves[],
   ): uPlot.Series {
-    const label = runs.length > 1 ? `${name} ${"AB"[run]}` : name;
-    const state = scene.states.names.indexOf(name.replace(/^state_/, ""));
-    const known = name.startsWith("state_") && state >= 0;
+    const led = ledOf(name);
+    const text = led === null ? name : nameOfLed(scene, led);
+    const label = runs.length > 1 ? `${text} ${"AB"[run]}` : text;
     const isCount = !name.startsWith("metric_");
     const anyState = names.some((one) => one.startsWith("state_"));
-    // Columns of states, else of metrics, are seen at first where there are many.
-    const shown = known || (!anyState && (!isCount || name !== "not_resting"));
+    const anyMetric = names.some((one) => one.startsWith("metric_"));
+    // Columns of states, else of metrics, else of LEDs, are seen at first where there are many.
+    const isState = name.startsWith("state_");
+    const shown = isState || (!anyState && (!isCount || (led !== null && !anyMetric)));
     return {
       label,
-      stroke: known ? scene.states.colours[state] : COLOURS[place % COLOURS.length],
+      stroke: curveColour(scene, name) || COLOURS[place % COLOURS.length],
       width: 1.5,
       dash: run ? [6, 4] : [],
       show: !(this.hidden.get(label) ?? !shown),
@@ -137,6 +144,25 @@ export class CurvesPanel {
     }
     ctx.restore();
   }
+}
+
+// The colour of a curve of robots that show something, as they are drawn; "" of any other.
+export function curveColour(scene: Scene, name: string): string {
+  const led = ledOf(name);
+  if (led !== null) return TOO_PALE[scene.leds[led]] ?? scene.leds[led];
+  const state = scene.states.names.indexOf(name.replace(/^state_/, ""));
+  return name.startsWith("state_") && state >= 0 ? scene.states.colours[state] : "";
+}
+
+// The LED of a curve of robots that show it: 12 of "led_12"; null of any other.
+export function ledOf(curve: string): number | null {
+  const led = /^led_(\d+)$/.exec(curve);
+  return led && Number(led[1]);
+}
+
+// What an LED means, or its colour as programs write it.
+export function nameOfLed(scene: Scene, led: number): string {
+  return scene.states.names[scene.states.of_led[led]];
 }
 
 function withGaps(values: ArrayLike<number>): (number | null)[] {

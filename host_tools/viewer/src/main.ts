@@ -4,12 +4,12 @@ import { Clock } from "./clock";
 import { CurvesPanel, type Curves } from "./curves";
 import { Exported } from "./exported";
 import { element, Inspector } from "./inspector";
+import { Legend } from "./legend";
 import { KEYS, listen, type Actions } from "./keys";
 import { showBuses } from "./bus";
 import { Moments, type Moment } from "./live";
 import { SteeringBar } from "./steering";
 import { Pane, type Layers, type Picked } from "./pane";
-import { markOf } from "./robots";
 import type { RunEvent, RunState, Scene } from "./scene";
 import { Server, type Source } from "./source";
 
@@ -22,6 +22,7 @@ const ALL_MESSAGES = 3000; // robots whose messages are shown unasked
 class Page {
   private readonly clock = new Clock();
   private readonly curves: CurvesPanel;
+  private readonly legend: Legend;
   private readonly inspector: Inspector;
   private readonly layers: Layers = {
     trails: false,
@@ -50,6 +51,7 @@ class Page {
     private readonly panes: Pane[],
   ) {
     this.curves = new CurvesPanel(byId("curves"));
+    this.legend = new Legend(byId("legend"), scenes);
     this.inspector = new Inspector(byId("inspector"), source);
     this.curves.chosen = this.inspector.chosen = (timeS) => this.go(timeS);
     this.clock.changed = () => (this.dirty = true);
@@ -64,7 +66,6 @@ class Page {
     if (this.moments) this.moments.changed = () => this.takeMoment();
     if (scenes[0].buses) void showBuses(byId("buses"));
     if (this.moments && scenes[0].steers) this.addSteering(new SteeringBar(scenes[0].steers));
-    this.drawLegend();
     this.setUp();
     window.addEventListener("redraw", () => (this.dirty = true));
   }
@@ -170,7 +171,7 @@ class Page {
       states: () => {
         toggle("states")();
         this.panes.forEach((one) => one.colourBy(this.layers.states ? "state" : "led"));
-        this.drawLegend();
+        this.legend.colourBy(this.layers.states);
       },
       closer: () => pane.zoom(1.25),
       farther: () => pane.zoom(0.8),
@@ -314,13 +315,19 @@ class Page {
       }),
     );
     this.events = this.drawnCurves.flatMap((run) => run.events);
+    this.drawnCurves.forEach(({ events, packed }, run) => {
+      this.panes[run].takeFailures(events);
+      this.legend.takeCurves(run, Object.keys(packed.arrays));
+    });
+    this.dirty = true;
     this.curves.show(this.drawnCurves);
     this.drawStatus();
   }
 
   private drawStatus(): void {
     const texts = this.scenes.map((scene, run) => {
-      const number = this.events.length ? `, ${this.events.length} events` : "";
+      const events = this.drawnCurves[run]?.events.length ?? 0;
+      const number = events ? `, ${events} event${events === 1 ? "" : "s"}` : "";
       const which = this.scenes.length > 1 ? `${"AB"[run]}: ` : "";
       const of = `${which}${scene.name}, seed ${scene.seed}, ${scene.robots} robots`;
       return `${of}: ${scene.status}${number}`;
@@ -331,40 +338,9 @@ class Page {
     byId("coarse").hidden = !coarse.length;
   }
 
-  // Each known state of each run with its colour, its mark, and how many robots are in it.
-  private drawLegend(): void {
-    const parts = this.scenes.map((scene, run) => {
-      const rows = scene.states.names.slice(0, scene.states.known).map((name, state) => {
-        const led = scene.states.of_led.indexOf(state);
-        const dot = element("span", "", { className: `dot mark${markOf(scene, led)}` });
-        dot.style.background = this.layers.states ? scene.states.colours[state] : scene.leds[led];
-        dot.style.color = brightness(dot.style.background) > 0.45 ? "#000" : "#fff";
-        const row = element("li", "");
-        const count = element("output", "", { id: `count-${run}-${state}`, className: "count" });
-        row.append(dot, element("span", name, { className: "name" }), count);
-        return row;
-      });
-      const list = element("ul", "");
-      list.append(...rows);
-      return this.scenes.length > 1 ? [element("h2", `${"AB"[run]}: ${scene.folder}`), list] : [list];
-    });
-    byId("legend").replaceChildren(...parts.flat());
-    this.countStates();
-  }
-
-  private countStates(): void {
+  private count(): void {
     this.panes.forEach((pane, run) => {
-      const { states } = this.scenes[run];
-      const counts = new Array<number>(states.known).fill(0);
-      const between = pane.shown;
-      for (const led of between?.from.led ?? []) {
-        const state = states.of_led[led & 63];
-        if (state < states.known) counts[state]++;
-      }
-      counts.forEach((count, state) => {
-        const output = document.getElementById(`count-${run}-${state}`);
-        if (output) output.textContent = between ? String(count) : "";
-      });
+      this.legend.count(run, pane.shown?.from.led ?? null, pane.failedBy(this.clock.timeS));
     });
   }
 
@@ -409,7 +385,7 @@ class Page {
     byId("play").title = playing ? "pause (space)" : "play (space)";
     byId("live").hidden = !following || !this.scenes.some((scene) => scene.status === RUNNING);
     this.curves.setTime(timeS);
-    this.countStates();
+    this.count();
     this.inspector.update(timeS, this.panes[0].shownMoment?.modules);
   }
 }
@@ -420,11 +396,6 @@ function byId<T extends HTMLElement = HTMLElement>(id: string): T {
 
 function hideUnless(action: string, useful: boolean): void {
   document.querySelector(`button[data-action="${action}"]`)?.toggleAttribute("hidden", !useful);
-}
-
-function brightness(colour: string): number {
-  const [r, g, b] = (colour.match(/\d+/g) ?? ["255", "255", "255"]).map(Number);
-  return (0.3 * r + 0.59 * g + 0.11 * b) / 255;
 }
 
 async function main(): Promise<void> {

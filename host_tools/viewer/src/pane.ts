@@ -8,7 +8,7 @@ import type { Moment } from "./live";
 import { leastRadius, Robots, type Colouring } from "./robots";
 import { beatOf, Rings, sentIn } from "./messages";
 import { placeOf, Samples, type Between, type Sample } from "./samples";
-import { boxOf, type Report, type Scene } from "./scene";
+import { boxOf, type Report, type RunEvent, type Scene } from "./scene";
 import type { Source } from "./source";
 
 export interface Layers {
@@ -30,6 +30,8 @@ const ALL_TRAILS = 3000; // robots; of larger swarms the chosen one only
 const ALL_LINKS = 5000;
 const MOST_LINKS = 60_000;
 const MOST_LABELS = 400;
+const MOST_CROSSES = 3000;
+const FAILURES = new Set(["crash", "endless", "stack_overflow"]);
 const WALK_M_S = 0.0103; // how fast the doubt about a robot grows that was not heard of
 
 export class Pane {
@@ -67,6 +69,7 @@ export class Pane {
   turned: (robot: number, headingRad: number) => void = () => {};
   private held: { place: number; at: [number, number]; turns: boolean } | null = null;
   shown: Between | null = null;
+  private failures: { timeS: number; place: number }[] = []; // in order of time
   // Called with what was clicked.
   picked: (what: Picked) => void = () => {};
   // Called when the picture must be drawn again.
@@ -109,6 +112,24 @@ export class Pane {
     this.selected = place < 0 ? null : place;
     this.linesOf = "stale";
     this.dirty();
+  }
+
+  // Marks robots whose programs fail from then on.
+  takeFailures(events: RunEvent[]): void {
+    const first = new Map<number, number>();
+    for (const { kind, robot, time_s } of events) {
+      if (robot === undefined || !FAILURES.has(kind)) continue;
+      first.set(robot, Math.min(time_s, first.get(robot) ?? Infinity));
+    }
+    this.failures = [...first]
+      .map(([robot, timeS]) => ({ timeS, place: this.placeOf(robot) }))
+      .sort((a, b) => a.timeS - b.timeS);
+  }
+
+  // How many have failed by then.
+  failedBy(timeS: number): number {
+    const later = this.failures.findIndex((failure) => failure.timeS > timeS);
+    return later < 0 ? this.failures.length : later;
   }
 
   colourBy(what: Colouring): void {
@@ -335,7 +356,9 @@ export class Pane {
   }
 
   private drawOverlay(timeS: number, layers: Layers, changed: boolean): void {
-    const labelled = layers.reports || this.showsUids(layers) || this.selected !== null;
+    const failed = this.failures.slice(0, this.failedBy(timeS));
+    const labelled =
+      layers.reports || this.showsUids(layers) || this.selected !== null || failed.length > 0;
     if (!changed && !labelled && !this.labelled) return;
     this.labelled = labelled;
     const context = this.overlay.getContext("2d")!;
@@ -345,6 +368,7 @@ export class Pane {
     context.clearRect(0, 0, width, height);
     if (layers.reports) this.drawReports(context, timeS);
     if (this.shown) this.drawUids(context, this.shown, layers);
+    if (this.shown) this.drawFailed(context, this.shown, failed.map(({ place }) => place));
     if (this.held?.turns) this.drawTurned(context, this.held.place, this.held.at);
     else if (this.held) this.drawHeld(context, this.held.at);
     this.drawScale(context, height);
@@ -396,6 +420,26 @@ export class Pane {
     context.strokeStyle = "#ff4000";
     context.beginPath();
     context.arc(...at(this.selected), Math.max(1.3 * (this.scene.radius_m / this.pixelM), 9), 0, 7);
+    context.stroke();
+  }
+
+  // A red cross on each, seen on any colour.
+  private drawFailed(context: CanvasRenderingContext2D, between: Between, places: number[]): void {
+    const reach = Math.max(4, (0.8 * this.scene.radius_m) / this.pixelM);
+    context.beginPath();
+    for (const place of places.slice(0, MOST_CROSSES)) {
+      if (place < 0) continue; // it was not recorded
+      const [x, y] = this.pixel(...placeOf(between, place));
+      for (const way of [-1, 1]) {
+        context.moveTo(x - reach, y - way * reach);
+        context.lineTo(x + reach, y + way * reach);
+      }
+    }
+    context.lineWidth = 5;
+    context.strokeStyle = "#fff";
+    context.stroke();
+    context.lineWidth = 3;
+    context.strokeStyle = "#d50000";
     context.stroke();
   }
 

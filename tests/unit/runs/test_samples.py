@@ -13,6 +13,7 @@ from kilotwin.runs.packing import pack
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import MOST_ROWS, RunSamples
 from kilotwin.runs.stream_index import StreamIndex
+from kilotwin.runs.writer import RunWriter
 from kilotwin.units import TICK_S
 from kilotwin.view.served_run import ServedRun
 
@@ -128,6 +129,45 @@ def test_curves_of_a_long_run_are_thinned(begin: Begin) -> None:
     whole = Run.open(writer.folder).sites()
     np.testing.assert_allclose(arrays["time_s"], np.asarray(whole["time_s"])[::10])
     np.testing.assert_array_equal(arrays["not_resting"], np.asarray(whole["not_resting"])[::10])
+
+
+def leds(writer: RunWriter) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Curves of LEDs as the page gets them, and the LEDs of all samples, [samples, robots]."""
+    run = RunSamples.of(Run.open(writer.folder))
+    arrays = unpack(run.series(100))[1]
+    curves = {name: values for name, values in arrays.items() if name.startswith("led_")}
+    return curves, np.asarray(Run.open(writer.folder).robots()["led"]).reshape(-1, ROBOTS)
+
+
+def test_without_states_there_are_curves_of_each_led_that_is_shown(begin: Begin) -> None:
+    writer = begin()
+    for first in range(0, 500, 50):
+        more = samples(range(first, first + 50))
+        more["led"] &= 0x0F  # 16 of 64
+        writer.add(more)
+    curves, shown = leds(writer)
+    assert set(curves) == {f"led_{led}" for led in range(16)}
+    for led in range(16):
+        np.testing.assert_array_equal(curves[f"led_{led}"], (shown[::5] == led).sum(axis=1))
+
+
+def test_of_many_robots_some_samples_stand_for_those_after_them(
+    begin: Begin, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("kilotwin.runs.samples._MOST_COUNTED", 34 * ROBOTS)
+    writer = begin()
+    writer.add(samples(range(100)))
+    curves, shown = leds(writer)
+    for led in range(64):
+        counted = (shown[::3] == led).sum(axis=1)
+        wanted = np.repeat(counted, 3)[:100]
+        np.testing.assert_array_equal(curves.get(f"led_{led}", np.zeros(100)), wanted)
+
+
+def test_with_states_there_are_no_curves_of_leds(begin: Begin) -> None:
+    writer = begin(text=SMALL + "\n[states]\nawake = [0, 3, 0]\n")
+    writer.add(samples(range(10)))
+    assert leds(writer)[0] == {}
 
 
 def test_a_robots_history_has_each_change_of_its_led(begin: Begin) -> None:

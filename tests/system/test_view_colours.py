@@ -1,0 +1,94 @@
+"""The page of a program whose colours have no names: counts, curves, legend, robots that failed."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page
+
+from kilotwin.runs.reader import Run
+
+from .browser import chromium, go_to, new_page, open_viewer, viewer
+from .conftest import Kilotwin
+from .test_view import counts, picture
+
+# Green, from 5 s on red, and one of them gives up at 10 s.
+PROGRAM = """\
+#include <kilolib.h>
+#include <stdlib.h>
+static void setup(void) { set_color(RGB(0, 3, 0)); }
+static void loop(void) {
+    if (kilo_ticks > 150 && kilo_uid > 4) set_color(RGB(3, 0, 0));
+    if (kilo_ticks > 300 && kilo_uid == 3) abort();
+}
+int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
+"""
+WORLD = """\
+duration_s = 20
+[arena]
+diameter_m = 0.6
+[swarm]
+profile = "kilobot"
+cpu = "native"
+program = "colours.c"
+size = 10
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory, kilotwin: Kilotwin) -> Path:
+    folder = tmp_path_factory.mktemp("colours")
+    (folder / "colours.c").write_text(PROGRAM)
+    (folder / "colours.toml").write_text(WORLD)
+    kilotwin("run", "colours.toml", "--no-twin", "--out", "run", folder=folder, expect=4)
+    return folder / "run"
+
+
+@pytest.fixture(scope="module")
+def page(environment: dict[str, str], run: Path) -> Iterator[Page]:
+    problems: list[str] = []
+    with (
+        chromium() as browser,
+        viewer(environment, run) as address,
+        new_page(browser, problems) as page,
+    ):
+        open_viewer(page, address)
+        yield page
+        page.goto("about:blank")
+    assert problems == []
+
+
+def test_robots_are_counted_by_the_colours_of_their_leds(page: Page) -> None:
+    go_to(page, 3)
+    assert counts(page) == {"RGB(0,0,0)": 0, "RGB(0,3,0)": 10, "RGB(3,0,0)": 0}
+    go_to(page, 19)
+    assert counts(page) == {"RGB(0,0,0)": 0, "RGB(0,3,0)": 4, "RGB(3,0,0)": 6, "failed": 1}
+
+
+def test_curves_are_of_colours_and_the_legend_has_the_curves_colours(page: Page) -> None:
+    labels = [text.rstrip(":") for text in page.locator("#curves .u-series th").all_inner_texts()]
+    assert {label.strip() for label in labels} >= {"RGB(0,3,0)", "RGB(3,0,0)"}
+    assert not any("not_resting" in label for label in labels)  # there are no sites
+    row = page.locator("#legend li", has_text="RGB(3,0,0)")
+    line = row.locator(".line").evaluate("line => getComputedStyle(line).backgroundColor")
+    assert line == "rgb(255, 0, 0)"
+    canvas = page.locator("#curves canvas")
+    pixels = canvas.evaluate(
+        "one => [...one.getContext('2d').getImageData(0, 0, one.width, one.height).data]"
+    )
+    drawn = np.array(pixels).reshape(-1, 4)[:, :3]
+    assert np.all(drawn == (255, 0, 0), axis=1).sum() > 50
+
+
+def crosses(page: Page) -> int:
+    """Pixels of crosses."""
+    return int(np.all(np.abs(picture(page).astype(int) - (0xD5, 0, 0)) < 8, axis=2).sum())
+
+
+def test_a_robot_whose_program_failed_is_crossed_out_from_then_on(page: Page, run: Path) -> None:
+    [failure] = [event for event in Run.open(run).events() if event["kind"] == "crash"]
+    go_to(page, failure["time_s"] - 1)
+    assert crosses(page) == 0
+    go_to(page, failure["time_s"] + 1)
+    assert crosses(page) > 20
