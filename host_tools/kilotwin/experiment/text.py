@@ -10,6 +10,7 @@ from typing import Any
 
 from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.programs import key_of
+from kilotwin.experiment.toml_hints import hint
 from kilotwin.experiment.toml_lines import KeyPath, line_of, locate
 
 _TOO_LONG = re.compile(r"[0-9_]{4301}")
@@ -176,7 +177,8 @@ def _syntax_message(file: Path, text: str, error: tomllib.TOMLDecodeError) -> st
     line = text.count("\n") + (not text.endswith("\n"))
     if position.startswith("line "):
         line = int(position.removeprefix("line ").split(",")[0])
-    return f"{file}:{line}: not valid TOML: {what[:1].lower()}{what[1:]}; mend this line"
+    said = f"{what[:1].lower()}{what[1:]}"
+    return f"{file}:{line}: not valid TOML: {said}; {hint(text, line, what)}"
 
 
 def _apply(raw: dict[str, Any], setting: Setting) -> KeyPath:
@@ -186,7 +188,7 @@ def _apply(raw: dict[str, Any], setting: Setting) -> KeyPath:
     for key, following in zip(setting.keys, (*setting.keys[1:], None), strict=True):
         step: str | int = key
         if isinstance(container, list):
-            step = _index(container, key, setting)
+            step = _index(container, path, key, setting)
         elif not isinstance(container, dict):
             above = ".".join(map(str, path))
             raise InputError(f"{setting.written}: {above} is a value and has no keys below it")
@@ -202,11 +204,17 @@ def _apply(raw: dict[str, Any], setting: Setting) -> KeyPath:
     return path
 
 
-def _index(items: list[Any], key: str, setting: Setting) -> int:
+def _index(items: list[Any], above: KeyPath, key: str, setting: Setting) -> int:
+    """The item of a list below `above` that a setting means by `key`."""
     if not key.isdigit() or int(key) > len(items):
+        left = setting.keys[len(above) + key.isdigit() :]
+        typed = ".".join(map(str, (*above, 0, *left)))
+        value = setting.written.partition("=")[2]
+        name, number = ".".join(map(str, above)), len(items)
+        last = f", {name}.{number - 1} is its last" if number > 1 else ""
         raise InputError(
-            f"{setting.written}: '{key}' is no item here; "
-            f"use 0 to {len(items)} ({len(items)} adds one)"
+            f"{setting.written}: {name} is a list of {number}; for its first type --set "
+            f"{typed}={value} ({name}.{number} adds one{last})"
         )
     return int(key)
 

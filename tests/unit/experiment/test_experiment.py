@@ -147,7 +147,7 @@ def test_a_later_setting_wins(load: Load) -> None:
         ("=3", "--set =3: not of the form key=value"),
         ("a b=3", "not of the form key=value"),
         ("duration_s.x=3", "--set duration_s.x=3: duration_s is a value and has no keys below it"),
-        ("site.7.name=x", "--set site.7.name=x: '7' is no item here; use 0 to 2 (2 adds one)"),
+        ("site.7.name=x", "--set site.7.name=x: site is a list of 2; for its first type"),
         ("swarm.informd=1", "--set swarm.informd=1: unknown key 'informd' in [swarm]"),
         ("seed=-1", "--set seed=-1: seed is -1; it must be from 0 up to 9223372036854775807"),
         ("site.0.diameter_m=3", "--set site.0.diameter_m=3: site 'black' does not lie inside"),
