@@ -120,7 +120,7 @@ def _read(file: Path) -> str:
     except UnicodeDecodeError:
         raise InputError(f"{file}: not UTF-8 text; an experiment is a TOML file") from None
     except IsADirectoryError:
-        raise InputError(f"{file}: a folder; name an experiment's TOML file") from None
+        raise InputError(f"{file}: {_folder(file)}") from None
     except OSError as error:
         reason = cause_of(error)
         raise InputError(f"{file}: {reason}; name an experiment's TOML file") from None
@@ -130,6 +130,16 @@ def _read(file: Path) -> str:
             "file as UTF-8 without BOM"
         )
     return text
+
+
+def _folder(folder: Path) -> str:
+    """What to type for a folder that was named in place of an experiment."""
+    if (folder / "manifest.json").is_file():
+        again = folder / "experiment.toml"
+        return f"a run folder; to see it type: kilotwin view {folder}; again: kilotwin run {again}"
+    inside = sorted(folder.glob("*.toml"))[:3]
+    named = f", as {', '.join(map(str, inside))}" if inside else ""
+    return f"a folder; name an experiment's TOML file{named}"
 
 
 def parse_toml(file: Path, text: str) -> dict[str, Any]:

@@ -92,7 +92,8 @@ def hint(text: str, line: int, what: str) -> str:
         if one.count('"') % 2 or (one.count("'") % 2 and '"' not in one)
     ]
     if open_quotes and ("\\n" in what or what.startswith("Expected")):
-        return f"in line {open_quotes[0]} text does not end with the quote that it began with"
+        where = "" if open_quotes[0] == line else f"in line {open_quotes[0]} "
+        return f"{where}text does not end with the quote that it began with"
     return "mend this line"
 
 

@@ -26,6 +26,7 @@ from kilotwin.runs.folder import (
     SENT,
     TRACKING,
 )
+from kilotwin.runs.not_a_run import not_a_run
 
 
 def read_parquet(path: Path) -> pa.Table:
@@ -57,11 +58,8 @@ class Run:
             if not isinstance(manifest, dict):
                 raise ValueError(f"{MANIFEST} holds no object")
             return Run(folder, manifest, ExperimentSchema.model_validate(tables))
-        except FileNotFoundError as error:
-            missing = Path(error.filename).name if folder.is_dir() else "such folder"
-            raise InputError(
-                f"{folder}: not a run folder (no {missing}); name one that `kilotwin run` made"
-            ) from None
+        except (FileNotFoundError, NotADirectoryError):
+            raise not_a_run(folder) from None
         except OSError as error:
             reason = cause_of(error)
             raise InputError(

@@ -32,7 +32,7 @@ LINES = [
     ("[[site", "write [[site]]"),
     ("// wide", "a comment begins with #"),
     ("name = “mine”", 'write text in plain quotes: "..."'),
-    ('name = "mine', "in line 5 text does not end with the quote that it began with"),
+    ('name = "mine', "; text does not end with the quote that it began with"),
     ("name = 'mine", "in line 5 text does not end with the quote that it began with"),
     (r'program = "C:\Users\me.c"', "write / in a path"),
     ("diameter_m: 4", "this looks like YAML; an experiment is TOML: write diameter_m = 4"),

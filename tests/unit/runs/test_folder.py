@@ -258,7 +258,7 @@ def test_the_default_folder_names_experiment_and_seed(
 def test_what_is_no_run_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"not a run folder \(no manifest.json\)"):
         Run.open(tmp_path)
-    with pytest.raises(InputError, match=r"no such folder"):
+    with pytest.raises(InputError, match=r"no such run folder"):
         Run.open(tmp_path / "nowhere")
     (tmp_path / "manifest.json").write_text("{")
     (tmp_path / "experiment.toml").write_text("")
