@@ -78,6 +78,19 @@ def test_a_run_that_is_repeated_is_the_same(make: Make, kilotwin: Kilotwin) -> N
     assert "the same result" in kilotwin("run", "--verify", folder, "-q").stdout
 
 
+def test_a_run_is_repeated_elsewhere_without_what_it_was_made_of(
+    make: Make, kilotwin: Kilotwin, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder, _ = make("walking")
+    there = tmp_path_factory.mktemp("elsewhere") / "run"
+    folder.rename(there)
+    (there.parent / "walking.c").write_text("another program")
+    (folder.parent / "walking.c").write_text("an edited program")
+    (folder.parent / "walking.toml").unlink()
+    verdict = json.loads(kilotwin("run", "--verify", there, "--json").stdout)
+    assert (verdict["same"], verdict["changed"]) == (True, [])
+
+
 def test_the_first_sample_that_differs_is_named(make: Make, kilotwin: Kilotwin) -> None:
     folder, _ = make("walking")
     file = folder / "robots.arrows"
@@ -101,7 +114,7 @@ def test_what_no_sample_shows_is_named_too_and_the_program_that_changed(
     kilotwin: Kilotwin,
 ) -> None:
     folder, _ = make("quiet")
-    source = folder.parent / "quiet.c"
+    source = folder / "parcel/quiet.c"
     source.write_text(source.read_text().replace("{  }", "{ " + PROGRAMS["printing"] + " }"))
     done = kilotwin("run", "--verify", folder, "-q", expect=1)
     assert "all samples agree, but events are {'print': 4}, and were {}" in done.stdout

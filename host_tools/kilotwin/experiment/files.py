@@ -6,12 +6,12 @@ from kilotwin.errors import InputError
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.files import resources
+from kilotwin.files.places import places_of
 
 
 def find_file(written: str, path: KeyPath, origin: ExperimentText) -> Path:
     """A file that a key names: from here, beside the experiment, or one that Kilotwin brings."""
-    name = Path(written).expanduser()
-    places = [Path.cwd() / name, origin.folder / name]
+    places = places_of(written, origin.folder)
     found = next((place for place in places if place.is_file()), None) or resources.find(written)
     if found is None:
         raise InputError(f"{origin.where(path)}: '{written}' is not there; name a file")

@@ -20,6 +20,7 @@ from kilotwin.experiment.schema.start import PoseColumns
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
+from kilotwin.files.places import places_of
 
 Row = Mapping[str, Any]
 
@@ -45,7 +46,7 @@ def _with_poses(kind: Any, path: KeyPath, origin: ExperimentText) -> Any:
     written = kind["poses"]
     columns = _columns(kind.get("columns"), path, origin)
     where = (*path, "poses")
-    folder = next((at for at in _places(written, origin) if at.is_dir()), None)
+    folder = next((at for at in places_of(written, origin.folder) if at.is_dir()), None)
     file = folder / _RUN_TABLE if folder is not None else find_file(written, where, origin)
     try:
         rows = _selected(list(_rows(file)), columns)
@@ -58,11 +59,6 @@ def _with_poses(kind: Any, path: KeyPath, origin: ExperimentText) -> Any:
         raise InputError(f"{origin.where(where)}: {shown(file)}: {error}") from None
     kept = {key: value for key, value in kind.items() if key != "columns"}
     return {"count": len(poses), **kept, "poses": poses}
-
-
-def _places(written: str, origin: ExperimentText) -> tuple[Path, Path]:
-    name = Path(written).expanduser()
-    return Path.cwd() / name, origin.folder / name
 
 
 def _columns(written: Any, path: KeyPath, origin: ExperimentText) -> PoseColumns | None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from kilotwin.files import resources
+from kilotwin.files.places import places_of
 
 if TYPE_CHECKING:
     from kilotwin.files.build_id import Target
@@ -161,10 +162,9 @@ def _robot_api(sources: Sequence[Path]) -> Api:
 
 
 def _find(written: str, beside: Path, key: str, wanted: str) -> Path:
-    path = Path(written).expanduser()
-    places = [Path.cwd() / path, beside / path]
+    places = places_of(written, beside)
     if key == "include":
-        places.reverse()
+        places = places[::-1]
     found = next((place for place in places if place.exists()), None) or resources.find(written)
     if found is None:
         raise ProgramError(f"{key} '{written}' is not there; name {wanted}", key)

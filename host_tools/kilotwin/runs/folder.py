@@ -2,6 +2,7 @@
 
 manifest.json     experiment, command line, time, versions, how it ended
 experiment.toml   resolved: `kilotwin run` repeats the run from it
+parcel/           programs, Python and pictures that it names (runs/parcel.py)
 robots.arrows     a row per robot and sample      (Arrow IPC stream)
 sites.arrows      a row per sample                (Arrow IPC stream)
 events.jsonl      a line per thing that happened to a robot
@@ -33,6 +34,7 @@ from typing import Any
 from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files.drafts import draft_of
+from kilotwin.files.places import PARCEL
 
 MANIFEST = "manifest.json"
 EXPERIMENT = "experiment.toml"
@@ -160,7 +162,9 @@ def sizes_of(folder: Path) -> dict[str, int]:
     """Bytes of the files in a run folder, by their paths in it, but for the manifest."""
     return {
         path.relative_to(folder).as_posix(): path.stat().st_size
-        for path in sorted([*folder.glob("*"), *(folder / PRINTS).glob("*")])
+        for path in sorted(
+            [*folder.glob("*"), *(folder / PRINTS).glob("*"), *(folder / PARCEL).rglob("*")]
+        )
         if path.is_file() and path.name != MANIFEST
     }
 

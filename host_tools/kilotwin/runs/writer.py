@@ -35,6 +35,7 @@ from kilotwin.runs.folder import (
     Reserve,
     write_manifest,
 )
+from kilotwin.runs.parcel import Parcel, parcel_of
 from kilotwin.runs.prints import PrintLimit, Prints
 from kilotwin.units import seconds, ticks
 
@@ -54,10 +55,10 @@ class RunWriter:
         self.folder = folder
         self._states = States.of(experiment.keys)
         self._site_count = len(experiment.keys.site)
-        resolved = experiment.to_toml()
-        about = {"kilotwin": __version__, "experiment": resolved}
+        parcel = parcel_of(experiment)
+        about = {"kilotwin": __version__, "experiment": parcel.experiment}
         self._records = Records.of(experiment.keys, about)
-        self._reserve = _make_folder(folder, resolved, manifest)
+        self._reserve = _make_folder(folder, parcel, manifest)
         self._due = _Due(experiment.keys.record)
         self._skipped: tuple[Samples, MetricValues] | None = None  # newest sample, without rows
         self._robots = Stream(folder / "robots.arrows", self._records.robots_schema)
@@ -178,7 +179,7 @@ def _at(
     return chosen_of(samples, chosen), MetricValues(of_robots=of_robots)
 
 
-def _make_folder(folder: Path, resolved: str, manifest: dict[str, Any]) -> Reserve:
+def _make_folder(folder: Path, parcel: Parcel, manifest: dict[str, Any]) -> Reserve:
     folder.parent.mkdir(parents=True, exist_ok=True)
     draft = folder.parent / f".kilotwin-{os.getpid()}"
     draft.mkdir()
@@ -187,7 +188,8 @@ def _make_folder(folder: Path, resolved: str, manifest: dict[str, Any]) -> Reser
         reserve = Reserve(draft)
         undo.callback(reserve.release)
         write_manifest(draft, manifest)
-        (draft / EXPERIMENT).write_text(resolved)
+        (draft / EXPERIMENT).write_text(parcel.experiment)
+        parcel.copy_to(draft)
         draft.replace(folder)
         undo.pop_all()
     return reserve

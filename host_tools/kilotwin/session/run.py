@@ -46,6 +46,7 @@ from kilotwin.runs.folder import (
     default_folder,
     utc_now,
 )
+from kilotwin.runs.parcel import digest_of, programs_of
 from kilotwin.runs.size import bytes_of, size_of
 from kilotwin.session.acts import Act
 from kilotwin.session.black_box import LOOK_S, BlackBox, Watch
@@ -184,8 +185,14 @@ def new_manifest(
         "experiment_sha256": experiment.identity(),
         "seed": experiment.keys.seed,
         "programs": [
-            {"name": it.name, "file": it.file.name, "key": it.key, "compiler": it.compiler}
-            for it in guests
+            {
+                "name": it.name,
+                "file": it.file.name,
+                "key": it.key,
+                "compiler": it.compiler,
+                "sources": digest_of(program),
+            }
+            for it, program in zip(guests, programs_of(experiment), strict=False)
         ],
         **_environment(experiment),
         "python": platform.python_version(),

@@ -148,10 +148,10 @@ def _changed(before: dict[str, Any], now: dict[str, Any]) -> list[str]:
         if before.get(key) != now.get(key)
     ]
     programs = zip(before.get("programs", []), now.get("programs", []), strict=False)
-    changed.extend(
-        f"program {one['name']}: {one['compiler']} {one['key'][:12]} -> "
-        f"{other['compiler']} {other['key'][:12]}"
-        for one, other in programs
-        if one != other
-    )
+    for one, other in programs:
+        # Older manifests have keys alone, which tell where a program lies too.
+        content = "sources" if "sources" in one and "sources" in other else "key"
+        was, became = (f"{it['compiler']} {it[content][:12]}" for it in (one, other))
+        if was != became:
+            changed.append(f"program {one['name']}: {was} -> {became}")
     return changed

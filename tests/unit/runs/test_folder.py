@@ -88,7 +88,8 @@ def test_every_column_has_a_unit_and_the_file_says_what_it_is(
     schema = Run.open(tmp_path / "run").robots().schema
     assert schema.field("x_m").metadata == {b"unit": b"m"}
     assert all(field.metadata[b"unit"] for field in schema)
-    assert schema.metadata[b"experiment"].decode() == experiment.to_toml()
+    kept = (tmp_path / "run/experiment.toml").read_text()
+    assert schema.metadata[b"experiment"].decode() == kept
 
 
 def test_a_clean_end_leaves_the_same_as_parquet(experiment: Experiment, tmp_path: Path) -> None:
@@ -105,6 +106,7 @@ def test_a_clean_end_leaves_the_same_as_parquet(experiment: Experiment, tmp_path
         "sites.arrows",
         "robots.parquet",
         "sites.parquet",
+        "parcel",
     }
 
 
@@ -117,8 +119,11 @@ def test_the_experiment_in_the_folder_repeats_the_run(
     experiment: Experiment, tmp_path: Path
 ) -> None:
     write(tmp_path / "run", experiment, 0).close(clean=True)
-    again = Experiment.load(tmp_path / "run/experiment.toml")
-    assert again.identity() == experiment.identity()
+    again = Experiment.load(tmp_path / "run/experiment.toml").resolved()
+    wanted = experiment.resolved()
+    assert again["swarm"].pop("program") == str(tmp_path / "run/parcel/blink.c")
+    assert wanted["swarm"].pop("program") == str(tmp_path / "blink.c")
+    assert again == wanted
 
 
 def test_a_stream_cut_anywhere_in_its_last_batch_gives_the_batches_before(

@@ -311,6 +311,8 @@ def test_run_folders_of_failed_trials_go_once_the_trials_succeed(
     for name, trial in zip(names, [*plan.trials[:2]] * 2, strict=True):
         data.failed_folder(name).mkdir(parents=True)
         (data.failed_folder(name) / "experiment.toml").write_text(trial.experiment.to_toml())
+        manifest = {"experiment_sha256": trial.experiment.identity()}
+        (data.failed_folder(name) / "manifest.json").write_text(json.dumps(manifest))
     data.add(measured(plan, 0))
     Sweep(plan, data, keys(plan), {key(plan, 0)}).finish()
     assert {folder.name for folder in data.failed_folder("*").parent.iterdir()} == {

@@ -55,6 +55,10 @@ class Record(Section):
     precision_m: Annotated[float, Field(ge=1e-6, le=1)] | None = None
     """Step of positions in `robots`, rounded to the power of two below; headings are such that a
     robot's rim is as exact. If left out: as the engine has them (float32)."""
+    sources: bool | None = None
+    """Whether the run folder keeps what the run was made of: programs and headers, Python of
+    metrics and environments, wire files, pictures; yes if left out. Without them the run can be
+    repeated only where these are, and while nobody edits them."""
     can_log: bool = True
     """On a grid: whether can.log keeps every CAN frame."""
     prints_per_robot: Annotated[int, Field(ge=0)] = 100_000

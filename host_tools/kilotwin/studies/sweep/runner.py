@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError, RunError
-from kilotwin.experiment.experiment import Experiment, Tier
+from kilotwin.experiment.experiment import Tier
 from kilotwin.experiment.programs import Program
 from kilotwin.files import confinement
 from kilotwin.files.build_id import Target
@@ -22,6 +22,7 @@ from kilotwin.programs.group import build_group
 from kilotwin.programs.native.guest import Guest
 from kilotwin.programs.port.twin import Mode, Twins, native_kilobots
 from kilotwin.runs.folder import EXPERIMENT, slug, utc_now
+from kilotwin.runs.reader import Run
 from kilotwin.session.estimate import cpu_s_of
 from kilotwin.studies.sweep.confined_trial import measure_confined
 from kilotwin.studies.sweep.data_set import DataSet, failure_line, trial_key
@@ -216,7 +217,7 @@ class Sweep:
                     if key in self.there
                 }
                 try:
-                    succeeded = Experiment.load(file).identity() in done
+                    succeeded = Run.open(file.parent).manifest.get("experiment_sha256") in done
                 except KilotwinError:
                     continue
             if succeeded:
