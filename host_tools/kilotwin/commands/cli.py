@@ -25,35 +25,51 @@ from kilotwin.files.confinement import SINGLE_THREADED
 from kilotwin.files.interrupts import once
 from kilotwin.files.plain_text import plain
 
-COMMANDS = {
-    "doctor": "Say what is here, what is missing, and what to type.",
-    "run": "Run an experiment and leave a run folder.",
-    "test": "Run scenarios: experiments with expectations. Exits 1 if one fails.",
-    "sweep": "Run an experiment many times, varied, into one data set. Goes on where it was "
-    "stopped.",
-    "optimise": "Search for the values of keys with which a metric is best. Goes on where it was "
-    "stopped.",
-    "sensitivity": "Say which keys matter for a metric. Goes on where it was stopped.",
-    "view": "See a run in the browser, at any time of it.",
-    "check-run": "Say whether a run folder is whole, truncated, spoiled or damaged. 1 if it is not "
-    "whole.",
-    "plot": "Draw a figure of a run or a sweep, or a video of a run.",
-    "export": "Write a run as other tools read it: CSV, MCAP for Foxglove.",
-    "build": "Build a program into an image to flash, or a guest, and say how large it is.",
-    "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",
-    "new": "Make a repository for a lab: program, experiment, scenario, tests, and files for CI.",
-    "check": "Build a program for PC and robot, look for what goes wrong there, run its scenarios.",
-    "compare": "Compare two runs or sweeps, metric by metric. 1 if they are outside the bounds.",
-    "bench": "Measure robot-seconds per CPU-second on one core.",
-    "record": "Run an experiment on a table and leave a run folder. Ctrl-C leaves everything idle.",
-    "flash": "Writes programs into robots and modules and reads back that they are there.",
-    "robots": "Gives orders to all robots by infrared light, and asks them how they are.",
-    "calibrate": "Sets robots' duties, gain tables and uids, in their EEPROM and in the lab's "
-    "file.",
-    "serve": "Emulates a table with robots, or a device, for programs outside.",
-    "grid": "Talks to the modules of a Kilogrid, and through them to its robots.",
+PANELS = {
+    "Run and see": {
+        "run": "Run an experiment and leave a run folder.",
+        "view": "See a run in the browser, at any time of it.",
+        "plot": "Draw a figure of a run or a sweep, or a video of a run.",
+        "export": "Write a run as other tools read it: CSV, MCAP for Foxglove.",
+    },
+    "Study": {
+        "sweep": "Run an experiment many times, varied, into one data set. Goes on where it was "
+        "stopped.",
+        "optimise": "Search for the values of keys with which a metric is best. Goes on where it "
+        "was stopped.",
+        "sensitivity": "Say which keys matter for a metric. Goes on where it was stopped.",
+        "compare": "Compare two runs or sweeps, metric by metric. 1 if they are outside the "
+        "bounds.",
+    },
+    "Test": {
+        "test": "Run scenarios: experiments with expectations. Exits 1 if one fails.",
+        "check": "Build a program for PC and robot, look for what goes wrong there, run its "
+        "scenarios.",
+        "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",
+        "check-run": "Say whether a run folder is whole, truncated, spoiled or damaged. 1 if it is "
+        "not whole.",
+    },
+    "Robots and table": {
+        "build": "Build a program into an image to flash, or a guest, and say how large it is.",
+        "flash": "Writes programs into robots and modules and reads back that they are there.",
+        "robots": "Gives orders to all robots by infrared light, and asks them how they are.",
+        "calibrate": "Sets robots' duties, gain tables and uids, in their EEPROM and in the lab's "
+        "file.",
+        "grid": "Talks to the modules of a Kilogrid, and through them to its robots.",
+        "record": "Run an experiment on a table and leave a run folder. Ctrl-C leaves everything "
+        "idle.",
+        "serve": "Emulates a table with robots, or a device, for programs outside.",
+    },
+    "Tools": {
+        "new": "Make a repository for a lab: program, experiment, scenario, tests, and files for"
+        " CI.",
+        "doctor": "Say what is here, what is missing, and what to type.",
+        "bench": "Measure robot-seconds per CPU-second on one core.",
+    },
 }
-"""Modules of kilotwin.commands and the first lines of their help, in the order of `--help`."""
+"""Modules of kilotwin.commands and the first lines of their help, as `--help` groups them."""
+
+COMMANDS = {name: text for panel in PANELS.values() for name, text in panel.items()}
 
 _ENDED_BY = 128  # exit code less the signal's number, as shells have it
 
@@ -74,8 +90,8 @@ class Commands(typer.core.TyperGroup):
 def load(name: str) -> Any:
     """The command or group of commands called `name`, as click has it.
 
-    Each option can be set in the environment: `--link-ohc` by KILOTWIN_LINK_OHC. One that has
-    another variable, which its declaration names, shows it in its help.
+    Each option can be set in the environment: `--link-ohc` by KILOTWIN_LINK_OHC, unless its
+    declaration names another variable.
     """
     module = import_module(f"kilotwin.commands.{name.replace('-', '_')}")
     command: Any = typer.main.get_command(module.app)
@@ -84,13 +100,31 @@ def load(name: str) -> Any:
             if option.param_type_name == "option" and option.envvar is None:
                 longest = max(option.opts, key=len).lstrip("-")
                 option.envvar = "KILOTWIN_" + longest.replace("-", "_").upper()
+            if option.param_type_name == "option":
                 option.show_envvar = False
+                if option.is_flag and option.metavar is None:
+                    option.metavar = ""  # not "<bool>"
+        _show_examples_first(one)
     return command
+
+
+def _show_examples_first(command: Any) -> None:
+    """A command's help has its examples above its options, one a line."""
+    heading, *examples = [line.strip() for line in (command.epilog or "").split("\n\n")]
+    if heading != "Examples:":
+        return
+    lines = "\n".join(f"  {example}" for example in examples)
+    command.help = f"{command.help}\n\n\b\n{heading}\n{lines}"
+    command.epilog = None
 
 
 app = typer.Typer(
     cls=Commands,
-    help="Runs unedited Kilobot firmware in a simulated world, and looks at what came of it.",
+    help="Runs unedited Kilobot firmware in a simulated world, and looks at what came of it.\n\n"
+    "\b\nExamples:\n"
+    "  kilotwin new my-lab                a folder with a program to start from\n"
+    "  kilotwin run my.toml --view        an experiment in the browser, as it goes\n"
+    "  kilotwin run --help                more of a command",
     epilog="Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 device missing, 4 some robots "
     "or modules failed (listed), 124 a test took too long, 130 interrupted. Every option can be "
     "set in the environment: --out by KILOTWIN_OUT.",
@@ -200,8 +234,9 @@ def _only_listed() -> None:
     """Stands for a command until it is loaded."""
 
 
-for _name, _help in COMMANDS.items():
-    app.command(_name, help=_help)(_only_listed)
+for _panel, _commands in PANELS.items():
+    for _name, _help in _commands.items():
+        app.command(_name, help=_help, rich_help_panel=_panel)(_only_listed)
 
 
 if __name__ == "__main__":

@@ -11,8 +11,19 @@ from kilotwin.experiment.text import Setting, parse_setting
 from kilotwin.files.confinement import Confine
 from kilotwin.session.pace import LEAST_SPEED, MOST_SPEED
 
-Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, for programs.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress on stderr.")]
+SEE = "See it"
+"""Headings of options in a command's help; what has none stands below "Options"."""
+INSIDE = "Look inside programs"
+TRUST = "Trust"
+PRINT = "Print"
+
+Json = Annotated[
+    bool,
+    typer.Option("--json", rich_help_panel=PRINT, help="Print JSON on stdout, for programs."),
+]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", rich_help_panel=PRINT, help="No progress on stderr.")
+]
 File = Annotated[Path, typer.Argument(help="The experiment's TOML file.")]
 Seed = Annotated[int | None, typer.Option(help="In place of the file's seed.")]
 Settings = Annotated[
@@ -71,22 +82,28 @@ ConfineMode = Annotated[
     Confine | None,
     typer.Option(
         "--confine",
+        rich_help_panel=TRUST,
         help="Confine robots' programs and their compiler as far as this kernel can (auto), wholly "
         "or not at all (require), or not (off).",
     ),
 ]
 Trust = Annotated[
     bool,
-    typer.Option("--trust", help="The programs are trusted: as --confine=off."),
+    typer.Option(
+        "--trust", rich_help_panel=TRUST, help="The programs are trusted: as --confine=off."
+    ),
 ]
 NoTwin = Annotated[
     bool,
-    typer.Option("--no-twin", help="Hold no program against its ATmega328P."),
+    typer.Option(
+        "--no-twin", rich_help_panel=INSIDE, help="Hold no program against its ATmega328P."
+    ),
 ]
 RequireTwin = Annotated[
     bool,
     typer.Option(
         "--require-twin",
+        rich_help_panel=INSIDE,
         help="First hold each native program against its ATmega328P for 10 s of one robot, and run "
         "nothing if it decides otherwise there, or if there is no avr-gcc.",
     ),
@@ -121,6 +138,7 @@ ViewSpeed = Annotated[
     typer.Option(
         "--speed",
         metavar="TIMES",
+        rich_help_panel=SEE,
         parser=_times_real_time,
         help=f"--view: how many times real time it goes, {PAGE_SPEED:g} if not given, from when "
         "the page is open; max: as fast as it can, waiting for no page.",
@@ -130,6 +148,7 @@ View = Annotated[
     bool,
     typer.Option(
         "--view",
+        rich_help_panel=SEE,
         help="Also show it in the browser as it goes; the page stays until it is closed.",
     ),
 ]
@@ -138,6 +157,8 @@ ViewPort = Annotated[
     typer.Option(
         min=0,
         max=65535,
+        metavar="PORT",
+        rich_help_panel=SEE,
         help="--view: the server's port; 0: a free one.",
     ),
 ]
@@ -145,6 +166,7 @@ NoBrowser = Annotated[
     bool,
     typer.Option(
         "--no-browser",
+        rich_help_panel=SEE,
         help="Open no browser: only print the address of the viewer's page.",
     ),
 ]

@@ -13,7 +13,9 @@ import typer
 
 from kilotwin.commands import terminal
 from kilotwin.commands.options import (
+    INSIDE,
     PAGE_SPEED,
+    SEE,
     ConfineMode,
     File,
     Json,
@@ -56,6 +58,7 @@ Plots = Annotated[
     bool,
     typer.Option(
         "--plots",
+        rich_help_panel=SEE,
         help="Also write map.png and timeline.png into the folder.",
     ),
 ]
@@ -74,27 +77,31 @@ Gdb = Annotated[
     typer.Option(
         metavar="ROBOT",
         min=0,
+        rich_help_panel=INSIDE,
         help="Let avr-gdb control a robot that runs on an ATmega328P.",
     ),
 ]
 GdbPort = Annotated[
     int,
-    typer.Option(min=1024, max=65535, help="Where gdb connects."),
+    typer.Option(
+        min=1024, max=65535, metavar="PORT", rich_help_panel=INSIDE, help="Where gdb connects."
+    ),
 ]
 Coverage = Annotated[
     bool,
     typer.Option(
         "--coverage",
-        help="Run programs by their machine code, and say which of their lines, and of the "
-        "modules', have run.",
+        rich_help_panel=INSIDE,
+        help="Run programs by their machine code, and say which lines have run.",
     ),
 ]
 Sanitize = Annotated[
     bool,
     typer.Option(
         "--sanitize",
-        help="Run programs natively, and name what they do that the C standard leaves undefined, "
-        "as an index out of bounds; exit 4 if one does.",
+        rich_help_panel=INSIDE,
+        help="Run programs natively, and name what they do that C leaves undefined, as an index "
+        "out of bounds; exit 4 if one does.",
     ),
 ]
 Verify = Annotated[
@@ -117,6 +124,7 @@ Vcd = Annotated[
     typer.Option(
         metavar="ROBOT",
         min=0,
+        rich_help_panel=INSIDE,
         help="Trace the pins of a robot on an ATmega328P into the folder; repeatable.",
     ),
 ]
@@ -124,13 +132,10 @@ Vcd = Annotated[
 
 @app.command(
     epilog="Examples:\n\n"
-    "  kilotwin run experiments/paper/simplified-n100.toml\n\n"
-    "  kilotwin run experiments/paper/firat-n50.toml --seed 7 --set swarm.informed=0.5 --json\n\n"
     "  kilotwin run my.toml --view\n\n"
-    "  kilotwin run my.toml --dry-run --json\n\n"
-    "  kilotwin run my.toml --coverage\n\n"
-    "  kilotwin run my.toml --sanitize\n\n"
-    "  kilotwin run --verify runs/my-run/manifest.json"
+    "  kilotwin run my.toml --seed 7 --set robots.0.count=5 --out runs/five\n\n"
+    "  kilotwin run experiments/paper/simplified-n100.toml --plots\n\n"
+    "  kilotwin run --verify runs/five"
 )
 def run(
     experiment: File,

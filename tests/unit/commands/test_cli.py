@@ -71,6 +71,24 @@ def test_every_command_of_a_group_helps_with_an_example(group: str, command: str
     assert f"kilotwin {group} {command}" in help_of(group, command).split("Example")[1]
 
 
+def test_the_list_of_commands_is_grouped_and_begins_with_an_example() -> None:
+    said = help_of()
+    places = [said.index(f" {panel} ") for panel in cli.PANELS]
+    assert places == sorted(places)
+    assert said.index("kilotwin run my.toml --view") < places[0]
+    assert sorted(cli.COMMANDS) == sorted({*COMMANDS, *GROUPS})
+
+
+def test_help_of_run_has_examples_above_its_options_and_these_in_groups() -> None:
+    said = help_of("run")
+    order = ["kilotwin run my.toml --view", "--seed", "See it", "Look inside", "Trust", "Print"]
+    places = [said.index(text) for text in order]
+    assert places == sorted(places)
+    assert "KILOTWIN_" not in said  # how names are made is said once, by `kilotwin --help`
+    assert "KILOTWIN_OUT" in help_of()
+    assert said.count("<bool>") <= 1  # of --help, which is click's own
+
+
 def test_every_option_has_an_environment_variable() -> None:
     commands: dict[str, Any] = {name: cli.load(name) for name in cli.COMMANDS}
     groups = {name: commands.pop(name).commands for name in GROUPS}
