@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,9 @@ import typer
 
 from kilotwin.commands.options import Json, command_app
 from kilotwin.errors import InputError
+from kilotwin.experiment.programs import Api
 from kilotwin.files import origins, templates
+from kilotwin.programs import editor
 
 app = command_app()
 
@@ -28,27 +31,54 @@ From = Annotated[
 @app.command(
     epilog="Examples:\n\n"
     "  kilotwin new my-swarm --from build/wheel\n\n"
-    "  kilotwin new my-table --grid --from git+https://example.org/kilotwin.git@v1.0.0"
+    "  kilotwin new my-table --grid --from git+https://example.org/kilotwin.git@v1.0.0\n\n"
+    "  kilotwin new . --editor"
 )
 def new(
     folder: Annotated[Path, typer.Argument(metavar="NAME", help="The folder to make.")],
     *,
     grid: Annotated[bool, typer.Option("--grid", help="Robots on a Kilogrid.")] = False,
     where: From = None,
+    only_editor: Annotated[
+        bool,
+        typer.Option(
+            "--editor",
+            help="Only write the files by which editors find kilolib.h, into a folder that is "
+            "there: after a clone, or when Kilotwin has moved.",
+        ),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Make a repository for a lab: program, experiment, scenario, tests, and files for CI."""
+    api: Api = "module" if grid else "kilobot"
+    if only_editor:
+        if not folder.is_dir():
+            raise InputError(
+                f"--editor: there is no folder {folder}; leave out --editor to make it"
+            )
+        _list(folder, editor.write(folder, api), as_json)
+        return
     where = where or origins.own() or _asked()
     origin = origins.find(where)
     written = templates.write("grid" if grid else "robots", folder, origin)
+    written += editor.write(folder, api)
+    _list(folder, written, as_json, {"from": where})
     if as_json:
-        made = {"folder": str(folder), "files": list(map(str, written)), "from": where}
-        typer.echo(json.dumps(made))
+        return
+    typer.echo(f"requirements.txt has pip install Kilotwin from {_told(origin, where)}")
+    typer.echo(f"now type: cd {folder} && git init && pytest")
+
+
+def _list(
+    folder: Path, written: list[Path], as_json: bool, more: Mapping[str, str] | None = None
+) -> None:
+    """Prints the files, and with --json `more`."""
+    if as_json:
+        files = list(map(str, written))
+        typer.echo(json.dumps({"folder": str(folder), "files": files, **(more or {})}))
         return
     for file in written:
         typer.echo(f"  {folder / file}")
-    typer.echo(f"requirements.txt has pip install Kilotwin from {_told(origin, where)}")
-    typer.echo(f"now type: cd {folder} && git init && pytest")
 
 
 def _asked() -> str:

@@ -4,6 +4,7 @@ import json
 import os
 import pty
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -64,6 +65,44 @@ def test_a_repository_has_all_that_a_lab_needs(kind: str, tmp_path: Path) -> Non
     plain = Experiment.load(next(folder.glob("*.toml")))
     expected = Experiment.load(scenario)
     assert plain.identity() == expected.identity(), "the scenario is the experiment"
+
+
+@pytest.mark.parametrize("kind", templates.KINDS)
+@pytest.mark.parametrize("compiler", ["clang", "gcc"])
+def test_an_editor_finds_the_headers_of_each_program(
+    kind: str, compiler: str, kilotwin: Kilotwin, tmp_path: Path
+) -> None:
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not here")
+    grid = ["--grid"] if kind == "grid" else []
+    made = kilotwin("new", "lab", *grid, "--from", GIT)
+    assert "  lab/compile_flags.txt\n" in made.stdout
+    lab = tmp_path / "lab"
+    flags = (lab / "compile_flags.txt").read_text().splitlines()
+    properties = json.loads((lab / ".vscode/c_cpp_properties.json").read_text())
+    (known,) = properties["configurations"]
+    folders = [folder for folder in known["includePath"] if folder != "${workspaceFolder}/**"]
+    assert [f"-I{folder}" for folder in folders] == [w for w in flags if w.startswith("-I")]
+    assert [f"-D{define}" for define in known["defines"]] == [w for w in flags if w[:2] == "-D"]
+    programs = sorted(lab.glob("*.c"))
+    assert programs
+    for program in programs:
+        words = [compiler, *flags, "-Werror", "-fsyntax-only", program.name]
+        done = subprocess.run(words, cwd=lab, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+    ignored = (lab / ".gitignore").read_text().splitlines()
+    assert {"compile_flags.txt", ".vscode/c_cpp_properties.json"} <= set(ignored)
+
+
+def test_a_clone_writes_the_editors_files_of_its_own(kilotwin: Kilotwin, tmp_path: Path) -> None:
+    (tmp_path / "clone").mkdir()
+    (tmp_path / "clone/mine.c").write_text("#include <kilolib.h>\n")
+    made = json.loads(kilotwin("new", "clone", "--editor", "--json").stdout)
+    assert made["files"] == [".clangd", ".vscode/c_cpp_properties.json", "compile_flags.txt"]
+    assert all((tmp_path / "clone" / file).is_file() for file in made["files"])
+    assert (tmp_path / "clone/mine.c").read_text() == "#include <kilolib.h>\n"
+    refused = kilotwin("new", "nowhere", "--editor", expect=2)
+    assert "there is no folder nowhere; leave out --editor to make it" in refused.stderr
 
 
 def test_a_folder_that_holds_something_is_left_alone(tmp_path: Path) -> None:
