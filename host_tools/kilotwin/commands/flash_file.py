@@ -7,7 +7,7 @@ import typer
 
 from kilotwin.commands import steps
 from kilotwin.errors import InputError, RunError
-from kilotwin.experiment.programs import HEX_SUFFIXES, Api, ProgramError, find_program
+from kilotwin.experiment.programs import HEX_SUFFIXES, Api, Program, ProgramError, find_program
 from kilotwin.programs.image.image import build_image
 from kilotwin.programs.linking import wrong_target
 
@@ -21,11 +21,16 @@ Force = Annotated[
 Display = steps.Lines | steps.Bar
 
 
-def is_built(file: Path, include: list[str] | None, define: list[str] | None) -> bool:
-    """Whether it is a .hex; InputError if options for building go with it."""
+def is_built(
+    file: Path, include: list[str] | None, define: list[str] | None, api: Api | None = None
+) -> bool:
+    """Whether it is a .hex; InputError if options for building go with it, or if it is neither
+    that nor a program."""
     built = file.suffix.lower() in HEX_SUFFIXES
     if built and (include or define):
         raise InputError(f"{file} is built already; -I and -D are for a .c or a folder")
+    if not built:
+        _program_of(file, include or [], define or [], api)
     return built
 
 
@@ -43,9 +48,16 @@ def hex_of(
     `api`: that of modules, of whose programs `port` knows the size alone. InputError if options for
     building go with a .hex.
     """
-    if is_built(file, include, define):
+    if is_built(file, include, define, api):
         return file
     return _build(file, include or [], define or [], force=force, display=display, api=api)
+
+
+def _program_of(file: Path, include: list[str], define: list[str], api: Api | None) -> Program:
+    try:
+        return find_program([str(file)], Path.cwd(), include, define, api)
+    except ProgramError as error:
+        raise InputError(f"{error}, or a .hex") from None
 
 
 def _build(
@@ -57,10 +69,7 @@ def _build(
     display: Display,
     api: Api | None,
 ) -> Path:
-    try:
-        program = find_program([str(file)], Path.cwd(), include, define, api)
-    except ProgramError as error:
-        raise InputError(f"{error}, or a .hex") from None
+    program = _program_of(file, include, define, api)
     try:
         image = build_image(program, display.step)
     except InputError as error:

@@ -9,11 +9,11 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.flash_file import Display, File, Force, hex_of
+from kilotwin.commands.flash_file import Display, File, Force, hex_of, is_built
 from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size, typed_command
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
 from kilotwin.experiment.spec.grid_layout import Layout, Module
-from kilotwin.table.can.buses import BusName, need_answers, open_all
+from kilotwin.table.can.buses import BusName, close_all, need_answers, open_all
 from kilotwin.table.flash.image import modules_image
 from kilotwin.table.flash.modules import Job, ModulesFlasher
 from kilotwin.table.flash.modules_table import Inbox, ModulesTable
@@ -69,6 +69,8 @@ def modules(
     wanted = parse_modules(module or [], layout)
     display = steps.display(quiet)
     try:
+        if not is_built(file, include, define, "module"):
+            close_all(open_all(bus_names))  # building takes a while
         path = hex_of(file, include, define, force=force, display=display, api="module")
         job = Job(
             image=modules_image(path),
@@ -115,5 +117,4 @@ def _table(
     try:
         yield ModulesTable(layout, links, inbox, names, clock=WallClock(), note=display.note)
     finally:
-        for bus in buses:
-            bus.bus.shutdown()
+        close_all(buses)

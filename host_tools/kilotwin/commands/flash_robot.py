@@ -15,7 +15,7 @@ from kilotwin.table.flash import eeprom_files, loader
 from kilotwin.table.flash.avrdude import Wiring, program_path
 from kilotwin.table.flash.chip import EEPROM_BYTES
 from kilotwin.table.flash.image import application_of
-from kilotwin.table.flash.robot import Job, RobotFlasher
+from kilotwin.table.flash.robot import Job, RobotFlasher, check_answers
 from kilotwin.table.ports.holders import reserved
 
 EXAMPLES = (
@@ -88,15 +88,18 @@ def robot(
     program_path()
     display = steps.display(quiet)
     built = is_built(file, include, define)
+    wiring = Wiring(programmer, port, _options(bit_clock, baud_rate))
     with contextlib.ExitStack() as ending:
         ending.callback(display.stop)
         if not built:
-            ending.enter_context(reserved(port))  # building takes a while
+            # Building and its checks take half a minute.
+            ending.enter_context(reserved(port))
+            check_answers(wiring, display)
         application = application_of(hex_of(file, include, define, force=force, display=display))
         if eeprom is not None:
             eeprom_files.read(eeprom, b"\xff" * EEPROM_BYTES)
         job = Job(
-            wiring=Wiring(programmer, port, _options(bit_clock, baud_rate)),
+            wiring=wiring,
             application=application,
             loader=loader.choose(loader_file, application, display.step),
             eeprom=eeprom,

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.flash_file import File, Force, hex_of
+from kilotwin.commands.flash_file import File, Force, hex_of, is_built
 from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size, typed_command
 from kilotwin.commands.robots_via import RobotsVia, link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
@@ -16,7 +16,7 @@ from kilotwin.table.flash import swarm
 from kilotwin.table.flash.image import swarm_image
 from kilotwin.table.flash.upload import Upload, Wish
 from kilotwin.table.grid.clock import WallClock
-from kilotwin.table.links.via import parse_via
+from kilotwin.table.links.via import check_there, parse_via
 
 EXAMPLES = (
     "Examples:\n\n"
@@ -73,9 +73,11 @@ def robots(
     if uids is not None and count is not None:
         raise InputError("--count: --uids says already how many; leave one of them out")
     expected = parse_uids(uids) if uids is not None else frozenset[int]()
-    parse_via(via, buses or (), size)
+    named = parse_via(via, buses or (), size)
     display = steps.display(quiet)
     try:
+        if not is_built(file, include, define):
+            check_there(named)  # building and its checks take half a minute
         path = hex_of(file, include, define, force=force, display=display)
         wish = Wish(swarm_image(path), expected, count, laps, run)
         with link_to_robots(via, buses, size) as link:

@@ -1,7 +1,7 @@
 """Errors of programs that cannot be built: in their own terms, not in those of our builds."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from kilotwin.errors import InputError
@@ -13,6 +13,19 @@ TARGETS = {"robot": "a robot", "module": "a Kilogrid module"}
 
 ENGLISH = {"LC_ALL": "C"}
 """Environment of the linker, whose messages are parsed here."""
+
+_MS = "delay(1000) waits 1,000 ms; a loop() that compares kilo_ticks, 31 a second, does not block"
+_TICKS = "kilo_ticks counts 31 a second"
+_CHANCE = "rand_soft() and rand_hard() give a byte, rand() of stdlib.h an int"
+_ARDUINO = "that is Arduino's: a Kilobot has set_color(), set_motors() and kilo_ticks"
+# What a robot has in place of what a PC, or another board, has.
+_INSTEAD = {
+    **dict.fromkeys(("sleep", "usleep", "nanosleep", "msleep", "thrd_sleep"), _MS),
+    **dict.fromkeys(("delayMicroseconds", "wait_ms", "delay_ms"), _MS),
+    **dict.fromkeys(("clock", "gettimeofday", "clock_gettime", "millis", "micros"), _TICKS),
+    **dict.fromkeys(("drand48", "srand48", "lrand48", "arc4random", "getrandom"), _CHANCE),
+    **dict.fromkeys(("digitalWrite", "digitalRead", "analogRead", "pinMode"), _ARDUINO),
+}
 
 # `lost.c:4: undefined reference to `fly'`, with a section and an offset where no line is known.
 _UNDEFINED = re.compile(
@@ -42,6 +55,22 @@ def check_main(program: Program, nm: str, objects: Sequence[Path], symbol: str =
         )
 
 
+def check_absent(program: Program, nm: str, objects: Sequence[Path]) -> None:
+    """InputError if the program calls what this PC has, and a robot has not, as sleep()."""
+    wanted = missing_symbols(nm, objects) - defined_symbols(nm, objects)
+    if absent := _absent(program, sorted(wanted)):
+        raise InputError(absent)
+
+
+def _absent(program: Program, names: Iterable[str]) -> str:
+    """What the target has in place of some of these; "" if it is known of none."""
+    known = [name for name in names if name in _INSTEAD]
+    if not known:
+        return ""
+    instead = "; ".join(dict.fromkeys(_INSTEAD[name] for name in known))
+    return f"{program.written}: {TARGETS[program.target]} has no {', '.join(known)}(): {instead}"
+
+
 def explained(error: InputError, program: Program, nm: str, objects: Sequence[Path]) -> InputError:
     """The linker's message on the program's `objects`; in our words where a symbol is missing."""
     found = list(dict.fromkeys(_UNDEFINED.findall(error.detail)))
@@ -59,6 +88,8 @@ def explained(error: InputError, program: Program, nm: str, objects: Sequence[Pa
             places += [f"{source}{line}: undefined reference to '{symbol}'" for line in at or [""]]
     if not names:
         return error
+    if absent := _absent(program, names):
+        return InputError(absent, detail="\n".join(places))
     from kilotwin.programs.native.guest import suggestions
 
     meant = [near for name, near in suggestions(program).items() if name in names]

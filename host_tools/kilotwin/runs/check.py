@@ -13,6 +13,7 @@ from kilotwin.errors import InputError, KilotwinError, cause_of
 from kilotwin.runs.folder import EVENTS, FAILED, FILES, FINISHED, RUNNING, add_to_manifest
 from kilotwin.runs.reader import Run, read_parquet
 from kilotwin.runs.writer import to_parquet
+from kilotwin.units import counted
 
 _FRESH_S = 60.0
 _END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
@@ -169,7 +170,8 @@ def _look_at_events(run: Run, verdict: FolderVerdict, *, repair: bool) -> None:
         return
     bad = len(lines) - len(good)
     torn = bad == 1 and not _is_event(lines[-1])
-    verdict.found(TRUNCATED if torn else DAMAGED, f"{EVENTS} has {bad} lines that are no events")
+    found = f"{EVENTS} has {counted(bad, 'line')} without an event"
+    verdict.found(TRUNCATED if torn else DAMAGED, found)
     if repair and torn:
         file.write_bytes(b"".join(good))
         verdict.mended.append(f"the torn last line of {EVENTS} is cut off")

@@ -12,7 +12,7 @@ from typing import Any
 
 from kilotwin.experiment.checks.experiment import swarm_size
 from kilotwin.experiment.schema.experiment import ExperimentSchema
-from kilotwin.units import seconds
+from kilotwin.units import counted, seconds
 
 # Bytes per row in robots.arrows and robots.parquet together, compressed.
 _ROBOT = 2.6
@@ -56,7 +56,8 @@ class Size:
 
     def text(self) -> str:
         """One line."""
-        return f"records about {bytes_text(self.estimated_bytes)}: {self.rows:,} rows of robots"
+        rows = counted(self.rows, "row")
+        return f"records about {bytes_text(self.estimated_bytes)}: {rows} of robots"
 
     def without_room(self, folder: Path) -> str | None:
         """A warning, if the disk that `folder` will be on has no room for it."""

@@ -220,7 +220,8 @@ class _Recording:
         bad = self._listener.bad_lines - self._told_bad
         if bad and time.monotonic() - self._told_at > _TROUBLE_S:
             self._told_at, self._told_bad = time.monotonic(), self._listener.bad_lines
-            self._warn(now_s, f"{bad} lines of poses are of no use: {self._listener.trouble}")
+            what = "1 line of poses is" if bad == 1 else f"{bad} lines of poses are"
+            self._warn(now_s, f"{what} of no use: {self._listener.trouble}")
         if self._blind and now_s > _BLIND_S * self._setup.speed:
             self._blind = False
             where = f"udp:{self._setup.poses[0]}:{self._setup.poses[1]}"

@@ -26,7 +26,7 @@ from kilotwin.session.display import Display
 from kilotwin.session.loop import Each, Session
 from kilotwin.session.run import Outcome, new_manifest
 from kilotwin.session.wall import SeenRecorder, WallTable, meter_of, recorded_summary
-from kilotwin.table.can.buses import BusName, OpenBus, open_all
+from kilotwin.table.can.buses import BusName, OpenBus, close_all, open_all
 from kilotwin.table.grid.can_links import CanLinks
 from kilotwin.table.grid.conductor import Conductor, set_up_s
 from kilotwin.table.grid.foreign_orders import WatchedLinks, refuse_another_host, what_it_does
@@ -92,8 +92,7 @@ def record(
         ).run()
     finally:
         display.stop()
-        for bus in buses:
-            bus.bus.shutdown()
+        close_all(buses)
 
 
 def _check(

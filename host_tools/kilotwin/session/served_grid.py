@@ -19,6 +19,7 @@ from kilotwin.runs.writer import RunWriter
 from kilotwin.session.job import Serving
 from kilotwin.session.loop import EachTick
 from kilotwin.session.served_dispatcher import ServedDispatcher
+from kilotwin.table.can.address import SOCKETCAND_PORT
 from kilotwin.table.can.bridge import open_bridge
 from kilotwin.table.grid import frames as wire
 from kilotwin.table.grid.can_log import CanLog
@@ -53,6 +54,7 @@ class ServedTable(EachTick):
         self._duration = ticks(experiment.keys.duration_s)
         self._serving = serving
         layout = self._plan.layout
+        self._source = experiment.origin.source
         self._dispatcher = ServedDispatcher(simulation, layout, serving.dispatcher_link)
         try:
             self._bridge = _open(serving, layout.buses)
@@ -71,8 +73,15 @@ class ServedTable(EachTick):
 
     def notes(self) -> Iterator[str]:
         """How hosts find it, for people."""
-        interfaces = self._serving.interfaces
-        yield "the table waits on " + (", ".join(interfaces) or f"port {self._bridge.port}")
+        interfaces, port = self._serving.interfaces, self._bridge.port
+        names = [f"socketcan:{name}" for name in interfaces] or [
+            "socketcand:127.0.0.1" + ("" if port == SOCKETCAND_PORT else f":{port}")
+        ]
+        typed = " ".join(f"--can {name}" for name in names)
+        yield (
+            f"the table waits on {', '.join(interfaces) or f'port {port}'}; in another terminal "
+            f"type: kilotwin record {self._source} {typed}"
+        )
         yield self._dispatcher.note
 
     @property

@@ -10,6 +10,7 @@ import pytest
 from kilotwin import World
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.image.image import build_image
 from kilotwin.programs.native import guest as guest_build
 from kilotwin.programs.native.guest import build
 
@@ -141,6 +142,25 @@ def test_what_nobody_has_is_named_with_the_files_that_want_it(program: Path) -> 
         f"{program}/blink.c:{line}: undefined reference to 'fly_away'",
         f"{program}/count.c:2: undefined reference to 'lost'",
     ]
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        ("sleep(1)", r"a robot has no sleep\(\): delay\(1000\) waits 1,000 ms; a loop\(\) that"),
+        ("usleep(5)", r"a robot has no usleep\(\): delay"),
+        ("millis()", r"a robot has no millis\(\): kilo_ticks counts 31 a second"),
+    ],
+)
+def test_what_a_pc_or_another_board_has_is_answered_with_what_a_robot_has(
+    tmp_path: Path, call: str, said: str
+) -> None:
+    source = tmp_path / "mine.c"
+    blink = BLINK.replace("#include <kilolib.h>", "#include <kilolib.h>\n#include <unistd.h>", 1)
+    source.write_text(blink + f"void wait(void) {{ {call}; }}\n")
+    for make in (build, build_image):
+        with pytest.raises(InputError, match=said):
+            make(find_program(str(source), HERE))
 
 
 @pytest.mark.usefixtures("compiler")

@@ -85,8 +85,14 @@ def test_what_is_not_there_is_a_missing_device_with_what_to_type() -> None:
     with pytest.raises(DeviceError, match="serve world") as caught:
         open_all(name_all(["socketcand:127.0.0.1:1"], 1, (4, 4)))
     assert "refused" in str(caught.value)
+    with pytest.raises(DeviceError, match=r"this computer has .*; name one that is there, or plug"):
+        open_all(name_all(["socketcan:nothing7"], 1, (4, 4)))
     with pytest.raises(DeviceError, match=r"ip link set nothing7 up type can bitrate 250000"):
         open_all(name_all(["socketcan:nothing7"], 1, (4, 4)))
+    with pytest.raises(
+        DeviceError, match=r"/dev/nothing7 is not there; plug .*: this computer has"
+    ):
+        open_all(name_all(["slcan:/dev/nothing7"], 1, (4, 4)))
 
 
 def test_a_table_with_fewer_buses_is_told_from_one_that_is_not_there() -> None:

@@ -38,7 +38,7 @@ from kilotwin.programs.cache import (
 from kilotwin.programs.confined_tools import CANNOT_START, confined, scratch_of
 from kilotwin.programs.image.flags import avr_words, clock_define
 from kilotwin.programs.includes import files_read
-from kilotwin.programs.linking import ENGLISH, check_main, explained
+from kilotwin.programs.linking import ENGLISH, check_absent, check_main, explained
 from kilotwin.programs.native import period
 
 # Besides the robot's dialect, and nothing that would make results differ between compilers.
@@ -338,6 +338,7 @@ class _Builder:
                 sources = self._changed(sources, changes, work / "changed")
             objects = self._compile(sources, flags, work / "program")
             check_main(self._program, "nm", objects, MAIN)
+            check_absent(self._program, "nm", objects)
             helpers = wanted_helpers("nm", objects, self._kept(self._helpers, self._helper_flags))
             side = self._kept(self._side, self._side_flags)
             library, merged = work / "libside.a", work / "merged.o"

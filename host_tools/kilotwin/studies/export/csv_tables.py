@@ -17,6 +17,7 @@ from kilotwin.files.drafts import folder_draft_of
 from kilotwin.runs.folder import MODULES, OBJECTS, SENT, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.stream_index import StreamIndex
+from kilotwin.units import counted
 
 _TABLES = ("robots", "sites", OBJECTS, MODULES, TRACKING, SENT)
 _COLUMNS = "columns.csv"
@@ -53,12 +54,12 @@ def _write(run: Run, folder: Path) -> str:
             if index.batches:
                 fields = _copy(run, index, folder / f"{name}.csv")
                 columns += [(f"{name}.csv", *field) for field in fields]
-                said.append(f"{index.rows:,} rows of {name}")
+                said.append(f"{counted(index.rows, 'row')} of {name}")
     events = run.events()
     _write_events(events, folder / "events.csv")
     with (folder / _COLUMNS).open("w", newline="") as stream:
         csv.writer(stream).writerows([("table", "column", "type", "unit"), *columns])
-    return ", ".join([*said, f"{len(events):,} events"])
+    return ", ".join([*said, counted(len(events), "event")])
 
 
 def _copy(run: Run, index: StreamIndex, target: Path) -> list[tuple[str, str, str]]:

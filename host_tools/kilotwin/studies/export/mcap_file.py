@@ -22,6 +22,7 @@ from kilotwin.files.drafts import draft_of
 from kilotwin.runs.folder import FAILURES
 from kilotwin.runs.reader import Run
 from kilotwin.studies.export.moving_robots import Moment, MovingRobots, Outline
+from kilotwin.units import counted
 
 _FRAME = "table"
 _NS = 1_000_000_000
@@ -135,7 +136,7 @@ def write_mcap(run: Run, target: Path) -> str:
     except OSError as error:
         reason = cause_of(error)
         raise InputError(f"--mcap {target}: cannot be written ({reason}); name another") from None
-    return f"{target}: {robots.number:,} samples, {log.messages:,} messages"
+    return f"{target}: {counted(robots.number, 'sample')}, {counted(log.messages, 'message')}"
 
 
 def _write(run: Run, robots: MovingRobots, log: _Log) -> None:

@@ -30,6 +30,7 @@ from kilotwin.runs.samples import RunSamples
 from kilotwin.runs.sampling import coarseness
 from kilotwin.studies.plot.map import area_patch, draw_floor, points_per_metre
 from kilotwin.studies.plot.style import draw, title
+from kilotwin.units import counted
 
 SUFFIXES = {".mp4": "libx264", ".webm": "libvpx-vp9", ".gif": ""}
 FRAMES_S = 25
@@ -81,7 +82,7 @@ def write_video(run: Run, target: Path, film: Film, part: Callable[[float], None
         raise InputError(f"-o {target}: cannot be written ({reason}); name another file") from None
     return (
         f"{target}: {times[0]:,.0f} s to {times[-1]:,.0f} s at {speed:g} times real time, "
-        f"{len(times)} frames of {picture.size[0]} x {picture.size[1]}"
+        f"{counted(len(times), 'frame')} of {picture.size[0]} x {picture.size[1]}"
         + (f"; {picture.note}" if picture.note else "")
     )
 

@@ -15,6 +15,7 @@ from kilotwin.files.drafts import draft_of
 from kilotwin.studies.plot import style
 from kilotwin.studies.search.optimise import Found, Tried
 from kilotwin.studies.search.sensitivity import Sensitivity
+from kilotwin.units import counted
 
 _LISTED = 10
 
@@ -66,7 +67,8 @@ def _optimum_text(found: Found) -> str:
     keys = [axis.key for axis in search.axes]
     pruned = sum(one.is_pruned for one in found.tried)
     lines = [
-        f"{len(found.tried)} points, {found.trials} trials; {search.repeats} repeats a point"
+        f"{counted(len(found.tried), 'point')}, {counted(found.trials, 'trial')}; "
+        f"{counted(search.repeats, 'repeat')} a point"
         + (f", {pruned} points given up before" if pruned else ""),
         "",
     ]
@@ -97,7 +99,8 @@ def _row(one: Tried, keys: Sequence[str]) -> str:
 def _sensitivity_text(found: Sensitivity) -> str:
     heads = ("mu*", "sigma") if found.method == "morris" else ("S1, alone", "ST, in all")
     lines = [
-        f"{found.method}: {found.points} points, {found.trials} trials, of {found.metric}",
+        f"{found.method}: {counted(found.points, 'point')}, {counted(found.trials, 'trial')}, of "
+        f"{found.metric}",
         "",
         f"| key | {heads[0]} | {heads[1]} |",
         "|---|---|---|",

@@ -29,7 +29,7 @@ from kilotwin.studies.sweep.data_set import DataSet, failure_line, trial_key
 from kilotwin.studies.sweep.executors import Place
 from kilotwin.studies.sweep.measure import Failed, Measured, Task, engine_sha256, measure_apart
 from kilotwin.studies.sweep.plan import Plan, Trial, shown
-from kilotwin.units import duration_text
+from kilotwin.units import counted, duration_text
 
 # From here on a sweep waits for the faster code of its programs before it begins.
 _LONG_CPU_S = 60.0
@@ -77,7 +77,7 @@ class Estimate:
             " of one core" if workers is None else ""
         )
         return (
-            f"{self.trials} trials{there}; about {took} on {place.name} ({source}), "
+            f"{counted(self.trials, 'trial')}{there}; about {took} on {place.name} ({source}), "
             f"{self.disk_bytes / 1e6:.0f} MB"
         )
 

@@ -12,6 +12,7 @@ import logging
 import socket
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import can
@@ -19,6 +20,7 @@ import can
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.files.headers import CAN_BIT_RATE
 from kilotwin.table.can.address import SOCKETCAND_PORT
+from kilotwin.table.ports.list_ports import this_computer_has
 
 # A vcan loses nothing, but the socket's own buffer does when the host is busy for a moment.
 _RECEIVE_BYTES = 8 << 20
@@ -120,11 +122,19 @@ def open_all(names: Sequence[BusName]) -> list[OpenBus]:
     return buses
 
 
+def close_all(buses: Sequence[OpenBus]) -> None:
+    """Closes them again."""
+    for bus in buses:
+        bus.bus.shutdown()
+
+
 def open_bus(name: BusName) -> OpenBus:
     """Opens one bus; DeviceError has the command to type."""
     try:
         return _open(name)
     except (can.CanError, OSError, ValueError, ImportError, TypeError) as error:
+        if missing := _not_there(name):
+            raise DeviceError(f"--can {name}: {missing}") from None
         reason = (getattr(error, "strerror", None) or str(error) or type(error).__name__).lower()
         raise DeviceError(f"--can {name}: {reason}; {_remedy(name, reason)}") from None
 
@@ -178,11 +188,23 @@ def _remedy(name: BusName, reason: str) -> str:
         where = "" if name.port == SOCKETCAND_PORT else f" on port {name.port}"
         return f"is `kilotwin serve world EXP.toml` running there{where}? It prints what to type"
     if name.interface == "socketcan":
-        return (
-            f"type: ip link set {name.channel} up type can bitrate {CAN_BIT_RATE} restart-ms 100; "
-            "`kilotwin doctor` lists what is there"
-        )
+        return f"type: ip link set {name.channel} up type can bitrate {CAN_BIT_RATE} restart-ms 100"
     return "is the adapter plugged in, and may you use it? `kilotwin doctor` lists what is there"
+
+
+def _not_there(name: BusName) -> str:
+    """What is there in place of an interface of the kernel, or a port, that is not; "" if it is."""
+    channel = str(name.channel)
+    if name.interface == "socketcan" and channel not in {it for _, it in socket.if_nameindex()}:
+        has = ", ".join(interfaces()) or "no CAN interface at all"
+        return (
+            f"this computer has {has}; name one that is there, or plug the adapter in and type: ip "
+            f"link set {channel} up type can bitrate {CAN_BIT_RATE} restart-ms 100"
+        )
+    if "/dev/" in channel and ":" not in channel and not Path(channel.partition("@")[0]).exists():
+        has = this_computer_has()
+        return f"{channel} is not there; plug the adapter in, or name another port: {has}"
+    return ""
 
 
 def interfaces() -> list[str]:

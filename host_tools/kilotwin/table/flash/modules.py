@@ -17,7 +17,7 @@ from kilotwin.table.flash.module_laps import ModuleLaps
 from kilotwin.table.flash.module_rounds import Round, call, old_lap
 from kilotwin.table.flash.modules_table import ModulesTable
 from kilotwin.table.flash.progress import Progress
-from kilotwin.units import duration_text
+from kilotwin.units import counted, duration_text
 
 # A program answers nothing for so long after its start.
 _START_S = 1.5
@@ -88,7 +88,7 @@ class ModuleOutcome:
         x, y = self.module
         text = f"module {x}-{y} {_TEXTS[self.result]}"
         if self.missing_pages and self.result in (Result.INCOMPLETE, Result.LOST):
-            text += f"; it lacks {self.missing_pages} pages"
+            text += f"; it lacks {counted(self.missing_pages, 'page')}"
         if self.result in (Result.VERIFIED, Result.SENT) and not self.answers:
             text += ", and has not answered since"
         return text
@@ -170,7 +170,7 @@ class Outcome:
 
     def _image_text(self) -> str:
         image = self.job.image
-        return f"{len(image.pages)} pages, image {image.image_id:08X}"
+        return f"{counted(len(image.pages), 'page')}, image {image.image_id:08X}"
 
     def _laps_text(self) -> str:
         again = self.pages_sent - len(self.job.image.pages)

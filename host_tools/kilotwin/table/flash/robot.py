@@ -21,6 +21,7 @@ from kilotwin.table.flash.chip import AVRDUDE_PARTS, EEPROM_BYTES, Chip
 from kilotwin.table.flash.image import has_loader, pages_of
 from kilotwin.table.flash.loader import Loader, loader_in
 from kilotwin.table.flash.progress import Progress
+from kilotwin.units import counted
 
 _ANY_PART = "m328p"
 _MEMORIES = ("signature", "lfuse", "hfuse", "efuse", "lock", "eeprom")
@@ -70,13 +71,23 @@ class Outcome:
     def text(self) -> str:
         """The last lines for people."""
         if not self.written:
-            return f"would write {self.pages} pages, boot loader: {self.loader}; this was a dry run"
+            pages = counted(self.pages, "page")
+            return f"would write {pages}, boot loader: {self.loader}; this was a dry run"
         eeprom = "was written" if self.eeprom_written else "is as it was"
         kept = f", and is kept in {self.eeprom_file}" if self.eeprom_file else ""
         return (
-            f"flashed and verified: {self.pages} pages, boot loader: {self.loader}\n"
+            f"flashed and verified: {counted(self.pages, 'page')}, boot loader: {self.loader}\n"
             f"the EEPROM {eeprom}{kept}"
         )
+
+
+def check_answers(wiring: Wiring, progress: Progress) -> None:
+    """DeviceError if the programmer or a chip does not answer; reads and writes nothing."""
+    progress.step("looking for the programmer")
+    try:
+        avrdude.run(wiring, _ANY_PART, ["-F"], progress, SignsOfLife())
+    except KilotwinError as error:
+        raise _with(error, "nothing was written") from None
 
 
 class RobotFlasher:
@@ -157,7 +168,9 @@ class RobotFlasher:
         """Erases the chip and writes it; returns what the EEPROM then holds."""
         image, eeprom = folder / "image.hex", folder / "eeprom"
         write_memories(image, self._image)
-        self._progress.step(f"writing {outcome.pages} pages and the boot loader, and reading back")
+        self._progress.step(
+            f"writing {counted(outcome.pages, 'page')} and the boot loader, and reading back"
+        )
         signs = SignsOfLife()
         operations = ["-U", f"flash:w:{image}:i", "-U", f"eeprom:r:{eeprom}:r"]
         try:

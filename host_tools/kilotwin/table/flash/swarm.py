@@ -23,6 +23,7 @@ from kilotwin.table.flash.upload import (
 from kilotwin.table.grid.clock import Clock
 from kilotwin.table.links.robot_link import LoaderState, Report, RobotLink, RobotState
 from kilotwin.table.links.roll_call import WITHOUT_UID, aligned, place
+from kilotwin.units import counted
 
 _RUNNING = (RobotState.SETUP, RobotState.RUNNING)
 
@@ -166,7 +167,7 @@ def _table(upload: Upload) -> str:
 
 def _summary(upload: Upload) -> list[str]:
     image = upload.wish.image
-    what = f"{len(image.pages)} pages, image {image.image_id:08X}"
+    what = f"{counted(len(image.pages), 'page')}, image {image.image_id:08X}"
     laps = f"{upload.laps} laps" if upload.laps != 1 else "1 lap"
     if not upload.verifiable:
         why = "no robot answers" if upload.verifies else "no answer comes back by this way"

@@ -24,6 +24,7 @@ from kilotwin.files.headers import (
 )
 from kilotwin.table.links import messages
 from kilotwin.table.links.robot_link import LoaderState, Report, RobotState
+from kilotwin.units import counted
 
 # Robots that send at the moment, and those at the edge of a cell's light, hear one frame of many.
 _BOOT_S, _SIZE_S, _CRC_S, _START_S, _RUN_S = 3.0, 1.5, 0.5, 2.0, 2.0
@@ -519,4 +520,4 @@ class Upload:
         have = (
             f"; {len(self.verified)} of {len(self.robots)} robots have all" if self.robots else ""
         )
-        return f"lap {self.laps}: {pages} pages{times}{have}"
+        return f"lap {self.laps}: {counted(pages, 'page')}{times}{have}"

@@ -14,7 +14,7 @@ from kilotwin.experiment.spec.grid_layout import Layout, Module
 from kilotwin.experiment.spec.grid_plan import Settings
 from kilotwin.experiment.spec.overhead import COMMANDS, DATA_BYTES, message
 from kilotwin.files.headers import MOST_PER_BUS
-from kilotwin.table.can.buses import BusName, OpenBus, name_all, open_all
+from kilotwin.table.can.buses import BusName, OpenBus, close_all, name_all, open_all
 from kilotwin.table.can.protocol import ModuleState
 from kilotwin.table.grid.can_links import CanLinks
 from kilotwin.table.grid.clock import Clock, WallClock
@@ -74,8 +74,7 @@ class Console:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for bus in self._buses:
-            bus.bus.shutdown()
+        close_all(self._buses)
 
     @property
     def silent(self) -> list[Module]:

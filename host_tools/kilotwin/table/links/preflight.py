@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.spec.grid_plan import GridPlan
-from kilotwin.table.can.buses import BusName, OpenBus, name_all, need_answers
+from kilotwin.table.can.buses import BusName, OpenBus, close_all, name_all, need_answers
 from kilotwin.table.can.protocol import ModuleState
 from kilotwin.table.grid.can_links import CanLinks
 from kilotwin.table.grid.clock import Clock, WallClock
@@ -48,8 +48,7 @@ def check(
     try:
         return _findings(experiment, buses, bus_names, WallClock(), note, ask_all=True)
     finally:
-        for bus in buses:
-            bus.bus.shutdown()
+        close_all(buses)
 
 
 def check_before_record(

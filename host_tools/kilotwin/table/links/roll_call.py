@@ -65,7 +65,10 @@ class RollCall:
         """The same as a table, and a line with the number of robots."""
         rows: list[tuple[str, ...]] = [("uid", "module", "cell", "volts", "reading", "state")]
         rows += [_row(robot) for _, robot in sorted(self.robots.items())]
-        lines = [*aligned(rows), f"{len(self.robots)} robots answer"]
+        lines = [
+            *aligned(rows),
+            f"{len(self.robots)} robot{'s answer' if len(self.robots) != 1 else ' answers'}",
+        ]
         if ALL_ROBOTS in self.robots:
             lines.append(WITHOUT_UID)
         return "\n".join(lines)

@@ -4,10 +4,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from kilotwin.errors import InputError
+from kilotwin.table.can.buses import close_all, open_all
+from kilotwin.table.grid.console import named_grid
 from kilotwin.table.links.dispatcher_robots import DispatcherRobots
 from kilotwin.table.links.grid_robots import open_grid
 from kilotwin.table.links.overhead_robots import OverheadRobots
 from kilotwin.table.links.robot_link import RobotLink
+from kilotwin.table.ports.holders import reserved
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,15 @@ def parse_via(text: str, buses: Sequence[str] = (), size: str | None = None) -> 
     if kind != "grid" and (buses or size is not None):
         raise InputError(f"--via {text}: --can and --size are for --via grid; leave them out")
     return Via(kind, port, tuple(buses), size)
+
+
+def check_there(via: Via) -> None:
+    """DeviceError if the device is not there or taken, before long work for it; sends nothing."""
+    if via.kind != "grid":
+        with reserved(via.port.partition("@")[0]):
+            return
+    _, buses = named_grid(via.buses, via.size)
+    close_all(open_all(buses))
 
 
 def open_link(via: Via) -> RobotLink:

@@ -54,7 +54,10 @@ def reserved(port: str) -> Iterator[None]:
     try:
         file = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     except FileNotFoundError:
-        raise DeviceError(f"{port} is not there; plug it in, or name another port") from None
+        from kilotwin.table.ports.list_ports import this_computer_has
+
+        what = f"{port} is not there; plug it in, or name another port: {this_computer_has()}"
+        raise DeviceError(what) from None
     except PermissionError:
         raise DeviceError(
             f"{port} may not be opened by you; type: sudo usermod -a -G dialout $USER, then log in "

@@ -31,6 +31,12 @@ class Port:
         return f"{self.name} ({', '.join(about)})" if about else self.name
 
 
+def this_computer_has() -> str:
+    """`this computer has /dev/ttyACM0, /dev/ttyUSB0`, of serial ports."""
+    names = [info.device for info in list_ports.comports()]
+    return f"this computer has {', '.join(sorted(names)) or 'none now'}"
+
+
 def ports(found: Iterable[ListPortInfo] | None = None) -> list[Port]:
     """All that this machine has, by name; `found` in place of what it says."""
     infos = list_ports.comports() if found is None else found
