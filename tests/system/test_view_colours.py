@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import Page
 
 from kilotwin.runs.reader import Run
 
-from .browser import chromium, go_to, new_page, open_viewer, viewer
+from .browser import chromium, comes, go_to, new_page, open_viewer, shown, viewer
 from .conftest import Kilotwin
 from .test_view import counts, picture
 
@@ -79,6 +80,69 @@ def test_curves_are_of_colours_and_the_legend_has_the_curves_colours(page: Page)
     )
     drawn = np.array(pixels).reshape(-1, 4)[:, :3]
     assert np.all(drawn == (255, 0, 0), axis=1).sum() > 50
+
+
+@pytest.fixture
+def linked(page: Page) -> Iterator[Page]:
+    """The page, with nothing chosen afterwards."""
+    yield page
+    page.keyboard.press("Escape")
+
+
+def chosen(page: Page) -> str:
+    return page.inner_text("#inspector h2")
+
+
+def test_an_address_names_a_moment_and_a_robot(linked: Page) -> None:
+    page = linked
+    page.evaluate("location.hash = '#t=12.5&robot=5'")
+    shown(page, 12.5)
+    comes(page, lambda: chosen(page) == "robot 5")
+    page.keyboard.press("k")
+    assert page.evaluate("location.hash") == "#t=12.5&robot=6"
+    go_to(page, 3)
+    assert page.evaluate("location.hash") == "#t=3&robot=6"
+    page.keyboard.press("Escape")
+    assert page.evaluate("location.hash") == "#t=3"
+    page.evaluate("location.hash = '#t=4&robot=99'")  # there is no such robot
+    shown(page, 4)
+    assert not page.is_visible("#inspector")
+
+
+def test_a_robot_that_is_followed_stays_in_the_middle(linked: Page) -> None:
+    page = linked
+    go_to(page, 1)
+    page.keyboard.press("k")
+    page.keyboard.press("o")
+
+    def is_in_the_middle() -> bool:
+        seen = picture(page).astype(int)
+        ring = np.argwhere(np.abs(seen - (0xFF, 0x40, 0x00)).max(axis=2) < 30)
+        middle = np.array(seen.shape[:2]) / 2
+        return len(ring) > 20 and bool(np.abs(ring.mean(axis=0) - middle).max() < 3)
+
+    comes(page, is_in_the_middle)
+    page.keyboard.press("k")
+    comes(page, is_in_the_middle)
+    page.keyboard.press("o")
+    page.keyboard.press("f")
+    comes(page, lambda: not is_in_the_middle())
+
+
+def test_the_picture_is_saved_as_it_is_seen(page: Page, tmp_path: Path) -> None:
+    go_to(page, 19)
+    with page.expect_download() as download:
+        page.click('[data-action="picture"]')
+    file = tmp_path / "picture.png"
+    download.value.save_as(file)
+    assert download.value.suggested_filename == "run-19.0s.png"
+    with Image.open(file) as saved:
+        pixels = np.asarray(saved.convert("RGB")).astype(int)
+    seen = picture(page).astype(int)
+    assert pixels.shape == seen.shape
+    for colour in ((0, 255, 0), (255, 0, 0)):
+        number = (np.abs(pixels - colour).max(axis=2) < 8).sum()
+        assert number == pytest.approx((np.abs(seen - colour).max(axis=2) < 8).sum(), rel=0.05)
 
 
 def crosses(page: Page) -> int:

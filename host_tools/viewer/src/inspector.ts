@@ -8,7 +8,8 @@ import type { Source } from "./source";
 const MOST_LINES = 200;
 
 export class Inspector {
-  private robot: number | null = null;
+  // The robot that it shows, if it shows one.
+  robot: number | null = null;
   private run = 0;
   private pane: Pane | null = null;
   private cell: { module: [number, number]; cell: number; answer: ModuleAnswer | null } | null = null;

@@ -20,6 +20,8 @@ export interface Actions {
   light(): void;
   reports(): void;
   uids(): void;
+  follow(): void;
+  picture(): void;
   states(): void;
   closer(): void;
   farther(): void;
@@ -49,7 +51,13 @@ export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = 
   ["Home End", { Home: "begin", End: "end" }, "to the begin, to the end (and stay there)"],
   ["↓ ↑", { ArrowDown: "slower", ArrowUp: "faster" }, "slower, faster"],
   ["p n", { p: "lastEvent", n: "nextEvent" }, "to the event before, to the next one"],
-  ["[ ]", { "[": "lastRobot", "]": "nextRobot" }, "choose the robot before, the next one"],
+  [
+    "j k",
+    { j: "lastRobot", k: "nextRobot", "[": "lastRobot", "]": "nextRobot" },
+    "choose the robot before, the next one; also [ ]",
+  ],
+  ["o", { o: "follow" }, "the chosen robot stays in the middle, or not"],
+  ["c", { c: "picture" }, "save the picture, as PNG"],
   ["s", { s: "states" }, "colours of LEDs, or of states"],
   ["t", { t: "trails" }, "trails"],
   ["l", { l: "links" }, "who is within reach of whom"],
@@ -71,7 +79,11 @@ export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = 
   ],
   ["P", { P: "holdRun" }, "a run that goes on here: pause it, let it go on"],
   ["> S", { ">": "stepTick", S: "stepSample" }, "let it go on by a tick, to the next sample"],
-  ["{ }", { "{": "slowRun", "}": "fastRun" }, "let it go slower, faster"],
+  [
+    "( )",
+    { "(": "slowRun", ")": "fastRun", "{": "slowRun", "}": "fastRun" },
+    "let it go slower, faster; also { }",
+  ],
   ["M", { M: "moveRobots" }, "drag its robots elsewhere, with Shift turn them, or not"],
   ["f", { f: "fit" }, "all of the table; also a double click"],
   ["d", { d: "dark" }, "dark, light"],

@@ -5,6 +5,7 @@ import { CurvesPanel, type Curves } from "./curves";
 import { Exported } from "./exported";
 import { element, Inspector } from "./inspector";
 import { Legend } from "./legend";
+import { hashOf, linkOf } from "./link";
 import { KEYS, listen, type Actions } from "./keys";
 import { showBuses } from "./bus";
 import { Moments, type Moment } from "./live";
@@ -79,9 +80,38 @@ class Page {
       this.clock.following = true;
       this.clock.go(last);
     }
+    this.heedLink();
+    window.addEventListener("hashchange", () => this.heedLink());
     await this.readCurves();
     if (this.source.live) this.source.watch((states) => this.heed(states));
     requestAnimationFrame((now) => this.frame(now));
+  }
+
+  // Goes to the moment, and chooses the robot, that the page's address names.
+  private heedLink(): void {
+    const { timeS, robot } = linkOf(location.hash);
+    if (timeS !== null) this.go(timeS);
+    const pane = this.panes[0];
+    if (robot !== null && pane.placeOf(robot - 1) >= 0) this.pick(pane, 0, { robot: robot - 1 });
+  }
+
+  // The page's address names what is shown, to be sent or kept.
+  private nameInLink(): void {
+    const timeS = this.clock.following ? null : this.clock.timeS;
+    const robot = this.inspector.robot;
+    const hash = hashOf({ timeS, robot: robot === null ? null : robot + 1 });
+    if (hash !== location.hash) history.replaceState(null, "", hash || location.pathname);
+  }
+
+  private savePicture(): void {
+    this.panes[0].picture().toBlob((data) => {
+      if (!data) return;
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(data);
+      link.download = `${this.scenes[0].folder}-${this.clock.timeS.toFixed(1)}s.png`;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    });
   }
 
   private addSteering(bar: SteeringBar): void {
@@ -149,7 +179,10 @@ class Page {
       pane.pan(dx * metres, dy * metres);
     };
     return {
-      play: () => this.clock.toggle(),
+      play: () => {
+        this.clock.toggle();
+        if (!this.clock.playing) this.nameInLink();
+      },
       sampleBack: () => this.step(-1),
       sampleOn: () => this.step(1),
       tickBack: () => this.go(this.clock.timeS - this.scenes[0].tick_s),
@@ -173,6 +206,12 @@ class Page {
         this.panes.forEach((one) => one.colourBy(this.layers.states ? "state" : "led"));
         this.legend.colourBy(this.layers.states);
       },
+      follow: () => {
+        pane.follows = !pane.follows;
+        document.querySelector('[data-action="follow"]')?.classList.toggle("on", pane.follows);
+        this.dirty = true;
+      },
+      picture: () => this.savePicture(),
       closer: () => pane.zoom(1.25),
       farther: () => pane.zoom(0.8),
       left: stepPixels(-1, 0),
@@ -200,6 +239,7 @@ class Page {
         byId("help").hidden = true;
         this.panes.forEach((one) => one.select(null));
         this.inspector.clear();
+        this.nameInLink();
       },
     };
   }
@@ -216,6 +256,7 @@ class Page {
     this.clock.playing = false;
     this.clock.following = false;
     this.clock.go(timeS);
+    this.nameInLink();
   }
 
   private goToEnd(): void {
@@ -267,6 +308,7 @@ class Page {
       this.panes.forEach((one) => one.select(null));
       this.inspector.showCell(pane, run, what.module, what.cell);
     }
+    if (!this.clock.playing) this.nameInLink();
   }
 
   // When the newest sample that is here was taken, of all runs.
@@ -316,7 +358,8 @@ class Page {
     );
     this.events = this.drawnCurves.flatMap((run) => run.events);
     this.drawnCurves.forEach(({ events, packed }, run) => {
-      this.panes[run].takeFailures(events);
+      const pane = this.panes[run];
+      pane.failures.take(events, (robot) => pane.placeOf(robot));
       this.legend.takeCurves(run, Object.keys(packed.arrays));
     });
     this.dirty = true;
@@ -340,7 +383,7 @@ class Page {
 
   private count(): void {
     this.panes.forEach((pane, run) => {
-      this.legend.count(run, pane.shown?.from.led ?? null, pane.failedBy(this.clock.timeS));
+      this.legend.count(run, pane.shown?.from.led ?? null, pane.failures.by(this.clock.timeS));
     });
   }
 

@@ -2,13 +2,14 @@
 
 import * as three from "three";
 import { Dots } from "./dots";
+import { Failures } from "./failures";
 import { Floor, segments } from "./floor";
 import { links, trails } from "./lines";
 import type { Moment } from "./live";
 import { leastRadius, Robots, type Colouring } from "./robots";
 import { beatOf, Rings, sentIn } from "./messages";
 import { placeOf, Samples, type Between, type Sample } from "./samples";
-import { boxOf, type Report, type RunEvent, type Scene } from "./scene";
+import { boxOf, type Report, type Scene } from "./scene";
 import type { Source } from "./source";
 
 export interface Layers {
@@ -30,8 +31,6 @@ const ALL_TRAILS = 3000; // robots; of larger swarms the chosen one only
 const ALL_LINKS = 5000;
 const MOST_LINKS = 60_000;
 const MOST_LABELS = 400;
-const MOST_CROSSES = 3000;
-const FAILURES = new Set(["crash", "endless", "stack_overflow"]);
 const WALK_M_S = 0.0103; // how fast the doubt about a robot grows that was not heard of
 
 export class Pane {
@@ -65,11 +64,13 @@ export class Pane {
   // Whether a robot that is dragged is put elsewhere, or turned with Shift, in place of the view's
   // being moved.
   grabs = false;
+  // Whether the chosen robot stays in the middle.
+  follows = false;
   dropped: (robot: number, x: number, y: number) => void = () => {};
   turned: (robot: number, headingRad: number) => void = () => {};
   private held: { place: number; at: [number, number]; turns: boolean } | null = null;
   shown: Between | null = null;
-  private failures: { timeS: number; place: number }[] = []; // in order of time
+  readonly failures = new Failures();
   // Called with what was clicked.
   picked: (what: Picked) => void = () => {};
   // Called when the picture must be drawn again.
@@ -114,24 +115,6 @@ export class Pane {
     this.dirty();
   }
 
-  // Marks robots whose programs fail from then on.
-  takeFailures(events: RunEvent[]): void {
-    const first = new Map<number, number>();
-    for (const { kind, robot, time_s } of events) {
-      if (robot === undefined || !FAILURES.has(kind)) continue;
-      first.set(robot, Math.min(time_s, first.get(robot) ?? Infinity));
-    }
-    this.failures = [...first]
-      .map(([robot, timeS]) => ({ timeS, place: this.placeOf(robot) }))
-      .sort((a, b) => a.timeS - b.timeS);
-  }
-
-  // How many have failed by then.
-  failedBy(timeS: number): number {
-    const later = this.failures.findIndex((failure) => failure.timeS > timeS);
-    return later < 0 ? this.failures.length : later;
-  }
-
   colourBy(what: Colouring): void {
     this.stale = true;
     this.robots.colourBy(what);
@@ -161,6 +144,7 @@ export class Pane {
     const between = this.moment ?? this.samples.between(timeS, stride);
     if (between) {
       this.shown = this.spreadOut(between);
+      if (this.follows && this.selected !== null) this.keepInMiddle(this.shown, this.selected);
       this.drawRobots(this.shown, layers, speed);
       if (this.floor.show(between.from, between.to, between.part, timeS)) this.stale = true;
       this.floor.showLayers(layers);
@@ -202,6 +186,29 @@ export class Pane {
     const scale: [number, number] = [across(width), across(height)];
     this.robots.view(this.middle, scale, this.pixelM, least);
     this.rings.view(this.middle, scale, this.pixelM);
+  }
+
+  private keepInMiddle(between: Between, place: number): void {
+    const [x, y] = placeOf(between, place);
+    if (Number.isNaN(x) || Number.isNaN(y)) return;
+    if (x === this.middle[0] && y === this.middle[1]) return;
+    this.middle = [x, y];
+    this.fitted = false;
+    this.moved(false);
+  }
+
+  // The picture as it is shown, for a file.
+  picture(): HTMLCanvasElement {
+    this.renderer.render(this.world, this.camera); // its pixels are kept until the next frame only
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [this.overlay.width, this.overlay.height];
+    const context = canvas.getContext("2d")!;
+    context.fillStyle = getComputedStyle(document.body).backgroundColor;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    for (const layer of [this.renderer.domElement, this.dots.canvas, this.overlay]) {
+      context.drawImage(layer, 0, 0, canvas.width, canvas.height);
+    }
+    return canvas;
   }
 
   fit(byHand = true): void {
@@ -356,9 +363,11 @@ export class Pane {
   }
 
   private drawOverlay(timeS: number, layers: Layers, changed: boolean): void {
-    const failed = this.failures.slice(0, this.failedBy(timeS));
     const labelled =
-      layers.reports || this.showsUids(layers) || this.selected !== null || failed.length > 0;
+      layers.reports ||
+      this.showsUids(layers) ||
+      this.selected !== null ||
+      this.failures.by(timeS) > 0;
     if (!changed && !labelled && !this.labelled) return;
     this.labelled = labelled;
     const context = this.overlay.getContext("2d")!;
@@ -368,7 +377,9 @@ export class Pane {
     context.clearRect(0, 0, width, height);
     if (layers.reports) this.drawReports(context, timeS);
     if (this.shown) this.drawUids(context, this.shown, layers);
-    if (this.shown) this.drawFailed(context, this.shown, failed.map(({ place }) => place));
+    const { shown } = this;
+    const pixelOf = (place: number) => this.pixel(...placeOf(shown!, place));
+    if (shown) this.failures.draw(context, timeS, this.scene.radius_m / this.pixelM, pixelOf);
     if (this.held?.turns) this.drawTurned(context, this.held.place, this.held.at);
     else if (this.held) this.drawHeld(context, this.held.at);
     this.drawScale(context, height);
@@ -420,26 +431,6 @@ export class Pane {
     context.strokeStyle = "#ff4000";
     context.beginPath();
     context.arc(...at(this.selected), Math.max(1.3 * (this.scene.radius_m / this.pixelM), 9), 0, 7);
-    context.stroke();
-  }
-
-  // A red cross on each, seen on any colour.
-  private drawFailed(context: CanvasRenderingContext2D, between: Between, places: number[]): void {
-    const reach = Math.max(4, (0.8 * this.scene.radius_m) / this.pixelM);
-    context.beginPath();
-    for (const place of places.slice(0, MOST_CROSSES)) {
-      if (place < 0) continue; // it was not recorded
-      const [x, y] = this.pixel(...placeOf(between, place));
-      for (const way of [-1, 1]) {
-        context.moveTo(x - reach, y - way * reach);
-        context.lineTo(x + reach, y + way * reach);
-      }
-    }
-    context.lineWidth = 5;
-    context.strokeStyle = "#fff";
-    context.stroke();
-    context.lineWidth = 3;
-    context.strokeStyle = "#d50000";
     context.stroke();
   }
 

@@ -37,9 +37,9 @@ export class SteeringBar {
       this.hold,
       this.button("tick", "a tick on (>)", () => this.stepTick()),
       this.button("sample", "to the next sample (S)", () => this.stepSample()),
-      this.button("−", "slower ({)", () => this.faster(-1)),
+      this.button("−", "slower (()", () => this.faster(-1)),
       this.speed,
-      this.button("+", "faster (})", () => this.faster(1)),
+      this.button("+", "faster ())", () => this.faster(1)),
       this.mover,
     );
     this.mover.id = "mover";
