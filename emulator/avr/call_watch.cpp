@@ -45,6 +45,7 @@ void CallWatch::executed(uint32_t from, uint32_t pc, uint16_t sp) {
     if ((done & OUT_MASK) == OUT_SPL) half_set_ = false;
     if (half_set_) return;
 
+    if (!sums_.empty()) look_at_sum(from);
     // A call has returned once the stack is above its return address.
     while (!open_.empty() && sp > open_.back().sp) {
         const Open &open = open_.back();
@@ -60,8 +61,15 @@ void CallWatch::executed(uint32_t from, uint32_t pc, uint16_t sp) {
     if (pc == VECTOR_TIMER0_COMPA * VECTOR_BYTES) ticks_++;
     const uint8_t which = which_[pc / 2];
     if (which == NOT_WATCHED || inside(calls_[which].entry)) return;
+    calls_[which].callers.try_emplace(static_cast<uint16_t>(from), board_.tick());
     calls_[which].calls++;
     open_.push_back({which, sp, board_.cycle(), board_.tick()});
+}
+
+void CallWatch::look_at_sum(uint32_t from) {
+    const auto found = sums_.find(static_cast<uint16_t>(from));
+    if (found == sums_.end() || found->second.tick != 0) return;
+    if (board_.carry() == found->second.carry) found->second.tick = board_.tick();
 }
 
 /// Records a new deepest stack. The heap is read only here: it matters where the stack is deepest.

@@ -7,6 +7,7 @@
 #define KILOTWIN_AVR_CALL_WATCH_H
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "avr/boards/robot_board.h"
@@ -32,9 +33,23 @@ class CallWatch : public Microcontroller::Follower {
         uint64_t calls = 0;    ///< those that go on included
         uint64_t longest = 0;  ///< cycles, interrupts included, of calls that have returned
         uint32_t tick = 0;     ///< when the longest began, see RobotBoard::tick()
+        /// Byte addresses of the instructions that called it, and the tick of the first time.
+        std::map<uint16_t, uint32_t> callers = {};
     };
     /// Results of the watched functions, in the order of watch().
     const std::vector<Call> &calls() const { return calls_; }
+
+    /// Watches a sum for a carry: whether the instruction at a byte address, which ends it, leaves
+    /// the carry flag as `carry` says.
+    struct Sum {
+        uint16_t at;
+        bool carry;
+        uint32_t tick = 0;  ///< of the first time; 0: it never did
+    };
+    /// Before the board runs.
+    void watch(const Sum &sum) { sums_.emplace(sum.at, sum); }
+    /// By address.
+    const std::map<uint16_t, Sum> &sums() const { return sums_; }
 
     /// Whether the function at `entry`, one of those watched, or one that it has called, is
     /// running.
@@ -67,12 +82,14 @@ class CallWatch : public Microcontroller::Follower {
     };
 
     void record_stack(uint32_t from, uint16_t sp);
+    void look_at_sum(uint32_t from);
 
     const FlashImage &flash_;
     RobotBoard &board_;
     std::vector<uint8_t> which_;  ///< index into calls_, by word address
     std::vector<Call> calls_;
     std::vector<Open> open_;
+    std::map<uint16_t, Sum> sums_;
     uint16_t main_, data_end_;
     uint16_t heap_end_at_;  ///< address of __brkval; 0: the program has no heap
     uint16_t least_sp_ = RAM_END, deepest_at_ = 0;

@@ -83,6 +83,7 @@ DifferentialTest::DifferentialTest(std::unique_ptr<Driver> driver,
         rand_hard_ = image_->symbol("rand_hard").value_or(0);
         watch_->watch(rand_hard_);
         for (uint16_t entry : *settings_.follow) watch_->watch(entry);
+        for (const CallWatch::Sum &sum : settings_.sums) watch_->watch(sum);
     }
     find_first_tick();
     NativeGuest::serve_this_thread();
@@ -228,13 +229,17 @@ void DifferentialTest::collect_native(Cycles from) {
 void DifferentialTest::collect_avr() {
     BoardOutputs &outputs = board_.outputs;
     for (const auto &color : outputs.colors) observe(avr_side_, LED, color.at, {color.rgb});
-    for (const auto &motors : outputs.motors)
+    for (const auto &motors : outputs.motors) {
+        motors_.set(motors.at, motors.left, motors.right, true);
         observe(avr_side_, MOTORS, motors.at, {motors.left, motors.right});
+    }
     for (const auto &light : outputs.light) {
         if (!light.on) continue;
         if (reader_.torn_off(light.at)) reader_.reset();
         if (reader_.pulse(light.at) != PulseReader::Found::MESSAGE) continue;
         const auto *bytes = reinterpret_cast<const uint8_t *>(&reader_.message());
+        chip_sent_++;
+        chip_sent_badly_ += reader_.message().crc != crc_of(reader_.message());
         observe(avr_side_, MESSAGE, reader_.begun_at(), {bytes, bytes + sizeof(message_t)});
     }
     outputs.clear();

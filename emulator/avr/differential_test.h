@@ -28,6 +28,7 @@
 #include "avr/chip/flash_image.h"
 #include "base/chance.h"
 #include "infrared/infrared_pulses.h"
+#include "physics/motor_pair.h"
 #include "robots/robot.h"
 
 namespace kilotwin {
@@ -47,6 +48,8 @@ class DifferentialTest {
         /// Byte addresses of functions whose calls are measured; the chip is then followed
         /// instruction by instruction from main() on (CallWatch).
         std::optional<std::vector<uint16_t>> follow;
+        /// Sums that are watched for a carry, of a chip that is followed.
+        std::vector<CallWatch::Sum> sums = {};
         /// From tick to tick of a question for vitals, which both answer; 0: there is none. The
         /// voltage that they tell is the same only if the chip is followed.
         uint32_t ask_every = 0;
@@ -85,6 +88,11 @@ class DifferentialTest {
     uint32_t tick() const { return tick_; }          ///< nominal ticks since power-up
     uint64_t compared() const { return compared_; }  ///< pairs of decisions that agreed
     uint64_t received() const { return received_; }  ///< messages given to both
+    // Frames of the chip since RUN: all, and those with a checksum that is wrong.
+    uint64_t chip_sent() const { return chip_sent_; }
+    uint64_t chip_sent_badly() const { return chip_sent_badly_; }
+    /// Seconds that the chip's motors were on while neither turned, for want of a kick.
+    double hummed_s() const { return motors_.hummed_s(board_.now()); }
 
     // The farthest apart of the pairs that agreed: time, and ticks.
     Cycles worst_lag() const { return worst_lag_; }
@@ -161,6 +169,8 @@ class DifferentialTest {
     unsigned talk_of_256_ = 0;  ///< of 256 ticks, how many have a message in this spell
     int16_t light_ = 500;
     uint64_t draws_ = 0, compared_ = 0, received_ = 0, sent_ = 0, noise_bits_ = 0;
+    uint64_t chip_sent_ = 0, chip_sent_badly_ = 0;
+    MotorPair motors_;  ///< the chip's
     bool second_of_pair_ = false;
     Cycles worst_lag_ = 0;
     uint32_t ticks_apart_ = 0;

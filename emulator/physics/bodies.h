@@ -103,6 +103,9 @@ class Bodies {
     /// The earliest moment since which a robot's centre has stood still; NEVER while it moves.
     Cycles still_since(uint32_t robot) const { return still_since_[robot]; }
 
+    /// Seconds that a robot's motors were on so far while neither turned.
+    double hummed_s(uint32_t robot) const { return chassis_.hummed_s(robot, now_); }
+
     /// The pose of an object, in the frame of its definition.
     Pose object_pose(uint32_t object) const {
         return objects_[object].frame_of(object_states_[object].pose);

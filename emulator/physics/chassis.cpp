@@ -11,8 +11,6 @@ constexpr double FASTER_THAN_CALIBRATED = 1.2;  // limit above the calibrated du
 constexpr double FASTEST = 1.8;                 // limit of a motor that varies
 constexpr Cycles NOISE_PERIOD = CYCLES_PER_SECOND;
 constexpr size_t LEFT = 0, RIGHT = 1;
-constexpr uint8_t LEAST_KICK_DUTY = 200;
-constexpr Cycles KICK_CYCLES = CYCLES_PER_SECOND * 12 / 1000;  // 15 ms, less what is lost around it
 
 // The rear legs, in radii of the robot: 12.5 mm to the side and 9.2 mm behind the centre of a
 // Kilobot of 16.5 mm.
@@ -64,27 +62,10 @@ void Chassis::draw_noise(uint32_t robot) {
     motors.wobble = {wobble(normals[LEFT]), wobble(normals[RIGHT])};
 }
 
-bool Chassis::starts(const Motors &motors, size_t side, Cycles at, uint8_t duty) const {
-    if (duty == 0) return false;
-    if (!profile_.legs || !profile_.kick_needed || duty >= LEAST_KICK_DUTY) return true;
-    // It keeps turning unless its kick was too short.
-    return motors.turns[side] &&
-           (motors.duty[side] < LEAST_KICK_DUTY || at - motors.since[side] >= KICK_CYCLES);
-}
-
-// Each motor has a register of its own: on a chip the two change one after the other.
-void Chassis::set_duty(Motors &motors, size_t side, Cycles at, uint8_t duty) const {
-    if (duty == motors.duty[side]) return;
-    motors.turns[side] = starts(motors, side, at, duty);
-    motors.duty[side] = duty;
-    motors.since[side] = at;
-}
-
 Drive Chassis::set_duties(uint32_t robot, Cycles at, uint8_t left, uint8_t right) {
     auto &motors = motors_[robot];
-    set_duty(motors, LEFT, at, left);
-    set_duty(motors, RIGHT, at, right);
-    if (!motors.turns[LEFT] && !motors.turns[RIGHT])
+    motors.pair.set(at, left, right, profile_.legs && profile_.kick_needed);
+    if (!motors.pair.turns[LEFT] && !motors.pair.turns[RIGHT])
         motors.renewal = NEVER;
     else if (profile_.legs && profile_.motor_noise > 0 && motors.renewal == NEVER)
         motors.renewal = at + NOISE_PERIOD;
@@ -100,8 +81,8 @@ Drive Chassis::renew(uint32_t robot) {
 
 Drive Chassis::drive(uint32_t robot) const {
     if (profile_.legs) return drive_on_legs(robot);
-    const auto &motors = motors_[robot];
-    const double left = motors.duty[LEFT], right = motors.duty[RIGHT];
+    const auto &duty = motors_[robot].pair.duty;
+    const double left = duty[LEFT], right = duty[RIGHT];
     if (left == 0 && right == 0) return {};
     if (right == 0) return {{0, 0}, profile_.turn_rad_s};
     if (left == 0) return {{0, 0}, -profile_.turn_rad_s};
@@ -114,10 +95,12 @@ Drive Chassis::drive(uint32_t robot) const {
 Drive Chassis::drive_on_legs(uint32_t robot) const {
     using Both = Eigen::Array2d;
     const auto &motors = motors_[robot];
-    const bool turns_left = motors.turns[LEFT], turns_right = motors.turns[RIGHT];
+    const auto &duty = motors.pair.duty;
+    const auto &turns = motors.pair.turns;
+    const bool turns_left = turns[LEFT], turns_right = turns[RIGHT];
     // Without branches: which motors turn could not be predicted.
     const auto &[calibrated, turn_rad_s] = calibrations_[turns_left & turns_right];
-    const Both duties(motors.duty[LEFT] * turns_left, motors.duty[RIGHT] * turns_right);
+    const Both duties(duty[LEFT] * turns_left, duty[RIGHT] * turns_right);
     const Both shares = (duties / calibrated).min(FASTER_THAN_CALIBRATED) * motors.speed *
                         // Not cast(), which converts them one by one.
                         Both(motors.share[LEFT], motors.share[RIGHT]) *

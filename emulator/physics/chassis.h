@@ -13,6 +13,7 @@
 #include "base/normal_pairs.h"
 #include "base/prefetch.h"
 #include "physics/motion.h"
+#include "physics/motor_pair.h"
 
 namespace kilotwin {
 
@@ -50,6 +51,9 @@ class Chassis {
     /// Draws the next second's motor noise. Returns the drive that results.
     Drive renew(uint32_t robot);
 
+    /// Seconds up to `now` that a robot's motors were on while neither turned.
+    double hummed_s(uint32_t robot, Cycles now) const { return motors_[robot].pair.hummed_s(now); }
+
     /// Prefetches a robot's motors.
     void prefetch(uint32_t robot) const { prefetch_line(&motors_[robot]); }
 
@@ -59,14 +63,12 @@ class Chassis {
   private:
     /// Per robot; arrays of two hold left, right.
     struct alignas(64) Motors {
-        std::array<Cycles, 2> since = {0, 0};  ///< when the present duties were set
-        Cycles renewal = NEVER;                ///< next_renewal()
-        float speed = 1;                       ///< share of the nominal speed
-        uint32_t noise_draws = 0;              ///< seconds of noise drawn
-        Eigen::Array2f share{1, 1};            ///< of the nominal speed, this motor's
-        Eigen::Array2f wobble{1, 1};           ///< factor of this second's noise
-        std::array<uint8_t, 2> duty = {0, 0};
-        std::array<bool, 2> turns = {false, false};  ///< whether the motor turns at this duty
+        MotorPair pair;
+        Cycles renewal = NEVER;       ///< next_renewal()
+        float speed = 1;              ///< share of the nominal speed
+        uint32_t noise_draws = 0;     ///< seconds of noise drawn
+        Eigen::Array2f share{1, 1};   ///< of the nominal speed, this motor's
+        Eigen::Array2f wobble{1, 1};  ///< factor of this second's noise
     };
     /// Calibrated duties of both motors, and the turning that they make.
     struct Calibration {
@@ -74,8 +76,6 @@ class Chassis {
         double turn_rad_s;  ///< of each leg
     };
 
-    void set_duty(Motors &motors, size_t side, Cycles at, uint8_t duty) const;
-    bool starts(const Motors &motors, size_t side, Cycles at, uint8_t duty) const;
     Drive drive(uint32_t robot) const;
     Drive drive_on_legs(uint32_t robot) const;
     void draw_noise(uint32_t robot);

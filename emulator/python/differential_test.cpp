@@ -1,6 +1,8 @@
 #include "python/differential_test.h"
 
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -19,11 +21,13 @@ namespace kilotwin {
 namespace {
 
 using Entries = std::optional<std::vector<uint16_t>>;
+using Sums = std::vector<std::pair<uint16_t, bool>>;  // addresses, and the carry that is told
 
 // `follow`: addresses of functions to watch on the chip; None watches nothing, which is faster.
 DifferentialTest::Settings settings_of(uint64_t seed, uint16_t uid,
                                        const std::vector<nb::bytes> &before_run, double slack_s,
-                                       bool waits, Entries follow, uint32_t ask_every) {
+                                       bool waits, Entries follow, const Sums &sums,
+                                       uint32_t ask_every) {
     DifferentialTest::Settings settings;
     settings.seed = seed;
     settings.uid = uid;
@@ -31,6 +35,7 @@ DifferentialTest::Settings settings_of(uint64_t seed, uint16_t uid,
     settings.slack = static_cast<Cycles>(slack_s * static_cast<double>(CYCLES_PER_SECOND));
     settings.waits = waits;
     settings.follow = std::move(follow);
+    for (const auto &[at, carry] : sums) settings.sums.push_back({at, carry});
     settings.ask_every = ask_every;
     return settings;
 }
@@ -48,7 +53,8 @@ nb::object to_python(const std::optional<DifferentialTest::Difference> &differen
 
 // None if nothing is watched. `calls`: by a function's address how often it was called, its longest
 // call in cycles, and the tick of that one.
-/// Stack, room and calls on the chip; calls by entry: number, cycles of the longest, its tick.
+/// Stack, room, calls and sums on the chip. By a function's entry: its calls, cycles of the longest,
+/// its tick; and the addresses that called it, with the first tick. By address: the first carry.
 nb::object watched(const DifferentialTest &test) {
     const CallWatch *watch = test.watch();
     if (watch == nullptr) return nb::none();
@@ -57,10 +63,16 @@ nb::object watched(const DifferentialTest &test) {
     out["deepest_at"] = watch->deepest_at();
     out["room_bytes"] = watch->room();
     out["ticks_lost"] = test.ticks_lost();
-    nb::dict calls;
-    for (const auto &call : watch->calls())
+    nb::dict calls, callers, sums;
+    for (const auto &call : watch->calls()) {
         calls[nb::int_(call.entry)] = nb::make_tuple(call.calls, call.longest, call.tick);
+        callers[nb::int_(call.entry)] = nb::cast(call.callers);
+    }
+    for (const auto &[at, sum] : watch->sums())
+        if (sum.tick != 0) sums[nb::int_(at)] = sum.tick;
     out["calls"] = calls;
+    out["callers"] = callers;
+    out["sums"] = sums;
     return out;
 }
 
@@ -95,14 +107,15 @@ void register_differential_test(nb::module_ &m) {
             [](DifferentialTest *self, const std::string &guest, const std::string &tier,
                const std::string &elf, const std::string &name, uint64_t seed, uint16_t uid,
                const std::vector<nb::bytes> &before_run, double slack_s, bool waits, Entries follow,
-               uint32_t ask_every) {
+               const Sums &sums, uint32_t ask_every) {
                 new (self) DifferentialTest(driver_of(tier, guest, name), FlashImage::load(elf),
                                             settings_of(seed, uid, before_run, slack_s, waits,
-                                                        std::move(follow), ask_every));
+                                                        std::move(follow), sums, ask_every));
             },
             nb::kw_only(), nb::arg("guest"), nb::arg("tier"), nb::arg("elf"), nb::arg("name"),
             nb::arg("seed"), nb::arg("uid"), nb::arg("before_run"), nb::arg("slack_s"),
-            nb::arg("waits"), nb::arg("follow").none(), nb::arg("ask_every") = 0,
+            nb::arg("waits"), nb::arg("follow").none(), nb::arg("sums") = Sums(),
+            nb::arg("ask_every") = 0,
             "Built by guest_build and avr_build; `tier` is the guest's. `before_run`: messages, "
             "nine data bytes and the "
             "type each; `ask_every`: ticks from question to question for vitals, 0 none.")
@@ -113,6 +126,9 @@ void register_differential_test(nb::module_ &m) {
         .def_prop_ro("tick", &DifferentialTest::tick)
         .def_prop_ro("compared", &DifferentialTest::compared)
         .def_prop_ro("received", &DifferentialTest::received)
+        .def_prop_ro("chip_sent", &DifferentialTest::chip_sent)
+        .def_prop_ro("chip_sent_badly", &DifferentialTest::chip_sent_badly)
+        .def_prop_ro("hummed_s", &DifferentialTest::hummed_s)
         .def_prop_ro("worst_lag_s",
                      [](const DifferentialTest &self) { return seconds(self.worst_lag()); })
         .def_prop_ro("ticks_apart", &DifferentialTest::ticks_apart)

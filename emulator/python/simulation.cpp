@@ -130,6 +130,14 @@ nb::object decisions_of(const PythonSimulation &self) {
     return array_of(std::move(counts));
 }
 
+// By robot.
+nb::object hummed_of(const PythonSimulation &self) {
+    std::vector<double> hummed;
+    for (uint32_t i = 0; i < self.simulation().size(); i++)
+        hummed.push_back(self.simulation().hummed_s(i));
+    return array_of(std::move(hummed));
+}
+
 // The bytes of a guest's variables, as its program has laid them out.
 nb::bytes state_of(const PythonSimulation &self, size_t robot) {
     auto bytes = robot_of(self, robot).variables();
@@ -240,6 +248,7 @@ void register_robots(Class &simulation) {
     simulation.def("motors", motors_of)
         .def("frames", frames_of, "[N, 2]: sent and received.")
         .def("decisions", decisions_of, "[N]: times that LED or motors have changed.")
+        .def("hummed_s", hummed_of, "[N]: how long motors were on while neither turned.")
         .def("state", state_of, nb::arg("robot"))
         .def("program", program_of, nb::arg("robot"))
         .def(

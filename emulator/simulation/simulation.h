@@ -192,6 +192,9 @@ class Simulation {
     /// Frames of each robot.
     std::vector<FrameCounts> frames() const { return channel_->frames(); }
 
+    /// Seconds that a robot's motors were on so far while neither turned.
+    double hummed_s(uint32_t robot) const { return bodies_->hummed_s(robot); }
+
   private:
     uint32_t index_of(size_t robot) const;       ///< EngineError if there is no such robot
     void put(uint32_t robot, const Pose &pose);  ///< where there is room

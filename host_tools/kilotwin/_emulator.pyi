@@ -152,6 +152,7 @@ class Simulation:
     def motors(self) -> NDArray[np.uint8]: ...  # [N, 2]
     def frames(self) -> NDArray[np.uint32]: ...  # [N, 2]: sent, received
     def decisions(self) -> NDArray[np.uint32]: ...  # [N]: times that LED or motors changed
+    def hummed_s(self) -> NDArray[np.float64]: ...  # [N]: motors on, and neither turning
     def state(self, robot: int) -> bytes: ...
     def program(self, robot: int) -> str: ...
     def trace(self, robot: int, path: str) -> None: ...
@@ -211,6 +212,8 @@ class Watched(TypedDict):
     room_bytes: int
     ticks_lost: int
     calls: dict[int, tuple[int, int, int]]  # by entry: how many, cycles of the longest, its tick
+    callers: dict[int, dict[int, int]]  # by entry: addresses of calls, and the first tick
+    sums: dict[int, int]  # by address, of those that carried: the first tick
 
 class DifferentialTest:
     def __init__(
@@ -226,6 +229,7 @@ class DifferentialTest:
         slack_s: float,
         waits: bool,
         follow: Sequence[int] | None,
+        sums: Sequence[tuple[int, bool]] = (),
         ask_every: int = 0,
     ) -> None: ...
     def run(self, ticks: int) -> None: ...
@@ -235,6 +239,12 @@ class DifferentialTest:
     def compared(self) -> int: ...
     @property
     def received(self) -> int: ...
+    @property
+    def chip_sent(self) -> int: ...
+    @property
+    def chip_sent_badly(self) -> int: ...
+    @property
+    def hummed_s(self) -> float: ...
     @property
     def worst_lag_s(self) -> float: ...
     @property

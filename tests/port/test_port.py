@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from kilotwin.experiment.programs import find_program
 from kilotwin.programs.port import bounds
 from kilotwin.programs.port.check import Report, check
 from kilotwin.programs.port.disassembly import Function, Instruction, Place, parse
@@ -183,12 +184,15 @@ def test_a_program_that_prints_decides_the_same() -> None:
 
 
 def test_a_difference_that_stays_names_what_it_may_be_in_this_program() -> None:
-    said = advice("int_is_too_narrow_for_light", "differs")
-    assert "more than 16 bits" in said
-    assert "It may also be that it reads the light" in said
-    said = advice("int_is_too_narrow_at_run_time", "differs")
-    assert "more than 16 bits" in said
+    said = advice("flash_has_no_sign", "differs")
+    assert "a double that needs more than 32" in said
     assert "It may also be" not in said
+    for program, line in (
+        ("int_is_too_narrow_for_light", 13),
+        ("int_is_too_narrow_at_run_time", 12),
+    ):
+        said = advice(program, "differs")
+        assert f"mend first what does not fit its type: line {line} [int-overflow]" in said
 
 
 def test_where_the_heap_meets_the_stack_malloc_is_named() -> None:
@@ -277,3 +281,118 @@ def test_indices_beyond_an_array_are_one_finding_for_a_line_and_the_first_are_na
         "an index of 4 into int[4], at tick 0, then of 5, 6, 7, 8, 9, 10, 11, 12, 3 more: on"
     )
     assert one.what.startswith("an index of 9 into int[4], at tick 13: on")
+
+
+def test_a_number_that_does_not_fit_is_told_with_variable_line_and_tick() -> None:
+    said = advice("int_overflows", "int-overflow")
+    assert "energy does not fit into 16 bits (`energy += 5000;`), first at tick " in said
+    assert "from -32,768 to 32,767" in said
+    assert "me->way does not fit" in advice("member_overflows", "int-overflow")
+    said = advice("sum_without_a_sign_begins_anew", "int-overflow")
+    assert "fuel does not fit" in said
+    assert "from 0 to 65,535" in said
+    # 9,000 a quarter of a second: the eighth sum is the first beyond 65,535.
+    tick = int(re.search(r"tick (\d+)", said)[1])  # type: ignore[index]
+    assert 7 * 0.25 / 0.032768 <= tick <= 7 * 0.25 / 0.032768 + 10
+
+
+@pytest.mark.parametrize(
+    "callback",
+    [
+        "return 0;",
+        "heard++; return NULL;",
+        "if (heard > 3) { heard = 0; return (message_t *)0; } return 0;",
+        "return out;",
+    ],
+)
+def test_a_transmit_callback_that_never_has_a_message_needs_no_checksum(
+    callback: str, tmp_path: Path
+) -> None:
+    program = tmp_path / "quiet.c"
+    program.write_text(f"""\
+#include <kilolib.h>
+#include <stddef.h>
+static volatile uint8_t heard;
+static message_t *out;
+static message_t *on_transmit(void) {{ {callback} }}
+static void setup(void) {{}}
+static void loop(void) {{}}
+int main(void) {{
+    kilo_init();
+    kilo_message_tx = on_transmit;
+    kilo_start(setup, loop);
+    return 0;
+}}
+""")
+    assert found(str(program)) == []
+
+
+def test_a_message_with_a_checksum_of_its_own_making_is_passed(tmp_path: Path) -> None:
+    program = tmp_path / "own.c"
+    program.write_text("""\
+#include <kilolib.h>
+#include <util/crc16.h>
+static message_t message;
+static message_t *on_transmit(void) { return &message; }
+static void setup(void) {
+    uint16_t crc = 0xFFFF;
+    message.type = NORMAL;
+    for (uint8_t i = 0; i < 9; i++) crc = _crc_ccitt_update(crc, message.data[i]);
+    message.crc = _crc_ccitt_update(crc, message.type);
+}
+static void loop(void) {}
+int main(void) {
+    kilo_init();
+    kilo_message_tx = on_transmit;
+    kilo_start(setup, loop);
+    return 0;
+}
+""")
+    assert "no-crc" in {check for check, _, _ in found(str(program))}
+    assert found(str(program), Trial(TRIAL_S)) == []
+
+
+def test_a_message_that_is_met_at_the_end_of_a_delay_is_a_difference_in_time(
+    tmp_path: Path,
+) -> None:
+    program = tmp_path / "listens.c"
+    program.write_text("""\
+#include <kilolib.h>
+static volatile uint8_t heard;
+static void on_message(message_t *m, distance_measurement_t *d) { (void)m; (void)d; heard = 1; }
+static void setup(void) {}
+static void loop(void) {
+    set_color(heard ? RGB(0, 1, 0) : RGB(1, 0, 0));
+    heard = 0;
+    delay(170);
+}
+int main(void) {
+    kilo_init();
+    kilo_message_rx = on_message;
+    kilo_start(setup, loop);
+    return 0;
+}
+""")
+    report = checked(str(program), Trial(30))
+    assert [f.check for f in report.findings] == ["differs-in-time"]
+    assert "interrupts prolong delay()" in report.findings[0].what
+    assert not report.fails
+
+
+def test_what_kilombo_programs_have_for_the_robot_is_meant(tmp_path: Path) -> None:
+    """Kilombo's Makefile defines KILOBOT for the robot."""
+    program = tmp_path / "drive.c"
+    program.write_text("""\
+#include "kilombo.h"
+#ifdef KILOBOT
+static void start(void) { spinup_motors(); }
+#else
+static void start(void) {}
+#endif
+static void setup(void) { start(); set_motors(70, 70); }
+static void loop(void) {}
+int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
+""")
+    assert found(str(program), Trial(TRIAL_S)) == []
+    assert find_program(str(program), tmp_path).defines == ("KILOBOT",)
+    assert find_program(str(program), tmp_path, defines=["KILOBOT=2"]).defines == ("KILOBOT=2",)

@@ -96,6 +96,7 @@ class RobotBoard : private Microcontroller::Board {
 
     // Memory: SRAM and registers, flash, EEPROM, without side effects.
     uint8_t read(uint16_t address) const { return chip_.read(address); }
+    bool carry() const { return chip_.carry(); }  ///< the flag
     void write(uint16_t address, uint8_t value) { chip_.write(address, value); }
     uint8_t flash(uint16_t address) const { return chip_.flash(address); }
     const std::array<uint8_t, FlashImage::BYTES> &flash_content() const {

@@ -461,6 +461,7 @@ void Microcontroller::fail(std::string why) {
 }
 
 uint8_t Microcontroller::read(uint16_t address) const { return avr_->data[address]; }
+bool Microcontroller::carry() const { return avr_->sreg[S_C] != 0; }
 void Microcontroller::write(uint16_t address, uint8_t value) {
     avr_->data[address] = value;
     if (idle_) idle_->forget();

@@ -114,6 +114,8 @@ class Microcontroller {
     void write(uint16_t address, uint8_t value);
     uint8_t flash(uint16_t address) const;
 
+    bool carry() const;  ///< the flag
+
     /// Which writes to a register the board is called for: all, or those that change it.
     enum class Watch : uint8_t { WRITES, CHANGES };
     /// Calls the board's register_written() for a register; once for each register.

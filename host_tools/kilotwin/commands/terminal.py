@@ -319,6 +319,7 @@ def troubles_text(summary: dict[str, Any]) -> str:
     notes = summary["events"].get("note", 0)
     if notes:
         lines.append(f"{counted(notes, 'note')} on what programs do: see events.jsonl")
+    lines += summary.get("notes", [])
     return "\n".join(lines)
 
 

@@ -36,6 +36,11 @@ _MACRO = re.compile(
     rf"{_NAME}(\( *((({_NAME} *, *)*({_NAME}|\.\.\.))? *)\))?(=.*)?", re.ASCII | re.DOTALL
 )
 
+# Kilombo's Makefile defines this for the robot, and nothing for its simulator. Where a program asks
+# for it, what it has for the robot is meant.
+_FOR_THE_ROBOT = "KILOBOT"
+_ASKS_FOR_IT = re.compile(rb"^[ \t]*#[ \t]*(?:if|ifdef|ifndef|elif)\b.*\bKILOBOT\b", re.MULTILINE)
+
 # How main() of a program for each target ends.
 _STARTS: "dict[Target, re.Pattern[bytes]]" = {
     "robot": re.compile(rb"\bkilo_start\s*\("),
@@ -129,14 +134,15 @@ def find_program(
     folders = [_find(name, beside, "include", "a folder") for name in includes]
     for define in defines:
         _check_define(define)
+    api = api or _robot_api(sources)
     return Program(
         tuple(map(portable, paths)),
         paths[0],
         sources,
         tuple(map(portable, folders)),
         tuple(folders),
-        tuple(defines),
-        api or _robot_api(sources),
+        (*defines, *_own_defines(api, sources, folders, defines)),
+        api,
     )
 
 
@@ -153,6 +159,20 @@ def key_of(file: Path) -> str | None:
     if file.suffix == ".c":
         return "program"
     return "hex" if file.suffix.lower() in _IMAGES else None
+
+
+def _own_defines(
+    api: Api, sources: Sequence[Path], folders: Sequence[Path], defines: Sequence[str]
+) -> Sequence[str]:
+    """Macros that the field's Makefiles define for the robot, where a program asks for them. The
+    Kilogrid's flavour has them in its headers."""
+    named = {define.partition("=")[0] for define in defines}
+    if api != "kilobot" or _FOR_THE_ROBOT in named:
+        return ()
+    around = dict.fromkeys([*(source.parent for source in sources), *folders])
+    files = [*sources, *(header for folder in around for header in sorted(folder.glob("*.h")))]
+    asks = any(_ASKS_FOR_IT.search(file.read_bytes()) for file in files)
+    return (_FOR_THE_ROBOT,) if asks else ()
 
 
 def _robot_api(sources: Sequence[Path]) -> Api:

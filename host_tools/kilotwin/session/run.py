@@ -36,6 +36,7 @@ from kilotwin.programs.group import build_all, symbols_of
 from kilotwin.programs.native.guest import Guest
 from kilotwin.programs.port.twin import Mode, Twins, native_kilobots
 from kilotwin.programs.translate.optimiser import Optimiser
+from kilotwin.runs import notes
 from kilotwin.runs.folder import (
     FAILED,
     INTERRUPTED,
@@ -163,7 +164,10 @@ def run(
             for link in serving.links if serving is not None else ():
                 remove_dead(link)
     outcome.summary["record"] = {**size.as_dict(), "bytes": bytes_of(folder)}
-    return outcome if outcome.stop_asked else _with_twins(outcome, twins, folder)
+    if outcome.stop_asked:
+        return outcome
+    outcome.summary["notes"] += notes.of_programs(experiment, outcome.summary["stats"])
+    return _with_twins(outcome, twins, folder)
 
 
 def _with_twins(outcome: Outcome, twins: Twins, folder: Path) -> Outcome:

@@ -13,6 +13,7 @@ from kilotwin.experiment.spec.engine import engine_spec, place_of_error
 from kilotwin.experiment.spec.informed import informed_for
 from kilotwin.metrics.functions import Functions, LocalFunctions, RemoteFunctions
 from kilotwin.metrics.meter import Meter
+from kilotwin.runs import notes
 from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.folder import FINISHED, INTERRUPTED, TOUCHED, add_to_manifest
 from kilotwin.runs.sampling import DECISION_S, decision_s
@@ -122,6 +123,7 @@ class Trial(Generic[WriterT]):
             "run_folder": str(self._job.folder),
             "stats": simulation.stats(),
             DECISION_S: decision_s(simulation.decisions(), self._counts(), simulated_s),
+            "notes": [*notes.of_robots(simulation, self._job.experiment)],
             **parts,
         }
 

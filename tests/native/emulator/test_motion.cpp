@@ -77,6 +77,19 @@ TEST_CASE("a kick counts for each motor, though a chip writes one register after
     CHECK(drive.turn == 0);
 }
 
+TEST_CASE("motors that are on and do not turn are summed up") {
+    Chassis chassis(kilobot(), LUCK, 1);
+    const Cycles second = CYCLES_PER_SECOND;
+    chassis.set_duties(0, second, 65, 0);
+    CHECK(chassis.hummed_s(0, 3 * second) == doctest::Approx(2));
+    chassis.set_duties(0, 4 * second, 0, 0);
+    CHECK(chassis.hummed_s(0, 9 * second) == doctest::Approx(3));
+    chassis.set_duties(0, 10 * second, 65, 70);
+    chassis.set_duties(0, 11 * second, 255, 255);
+    chassis.set_duties(0, 11 * second + KICK, 65, 65);
+    CHECK(chassis.hummed_s(0, 20 * second) == doctest::Approx(4));
+}
+
 TEST_CASE("one motor turns a robot on legs about the rear leg on the side it turns to") {
     Profile profile = kilobot();
     profile.kick_needed = false;

@@ -74,6 +74,17 @@ class Image:
         return sorted((self.folder / part).glob("*.o"))
 
 
+@dataclass(frozen=True)
+class Checks:
+    """Checks of the compiler in the program's own code: its flags, and the linker's."""
+
+    flags: tuple[str, ...] = ()
+    link: tuple[str, ...] = ()
+
+
+_NO_CHECKS = Checks()
+
+
 def _flags() -> list[str]:
     words = [word for name in _FLAGS for word in avr_words(name)]
     return [*words, *_REPORT_FLAGS]
@@ -98,8 +109,11 @@ def program_flags(program: Program) -> list[str]:
     ]
 
 
-def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
-    """The image of `program`, from the cache if it is there; `notify` gets a line if not.
+def build_image(
+    program: Program, notify: Notify = lambda _: None, checks: Checks = _NO_CHECKS
+) -> Image:
+    """The image of `program`, from the cache if it is there; `notify` gets a line if not. With
+    `checks` it is no image to flash.
 
     A program that does not compile is an InputError that carries the compiler's words.
     """
@@ -107,11 +121,11 @@ def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
     version = compiler_version(compiler)
     runtime = _runtime_of(program)
     written = build_id(program.target, program.name, version, kilotwin.__version__)
-    key = _key(program, compiler, written, runtime)
+    key = _key(program, compiler, written, runtime, checks)
     image = Image(program.name, cache_folder() / f"{key}-avr", key, version, written)
     if not is_built(image.folder, notify):
         with building(f"compiling {program.written} for the ATmega328P", image.folder, notify):
-            _build(program, compiler, runtime, image, notify)
+            _build(program, compiler, runtime, image, notify, checks=checks)
         if warnings := image.warnings:
             notify(compiler_warnings.shown(warnings))
     return image
@@ -159,9 +173,16 @@ def _overflow(said: str) -> str:
     return "it takes more flash and RAM than there are" if "not within region" in said else ""
 
 
-def _key(program: Program, compiler: str, written: BuildId, runtime: Sequence[Path]) -> str:
+def _key(
+    program: Program,
+    compiler: str,
+    written: BuildId,
+    runtime: Sequence[Path],
+    checks: Checks,
+) -> str:
     own, kilolib, helped = program_flags(program), _runtime_flags(program), _helper_flags(program)
     words = [str(written), *own, *kilolib, *helped, *_link_flags(), *compiler_warnings.FLAGS]
+    words += [*checks.flags, *checks.link]
     files = [resources.path(_BUILD_ID_SCRIPT)]
     for sources, flags in (
         (program.sources, own),
@@ -189,7 +210,13 @@ def _helper_flags(program: Program) -> list[str]:
 
 
 def _build(
-    program: Program, compiler: str, runtime: Sequence[Path], image: Image, notify: Notify
+    program: Program,
+    compiler: str,
+    runtime: Sequence[Path],
+    image: Image,
+    notify: Notify,
+    *,
+    checks: Checks,
 ) -> None:
     failure = _failure(program)
 
@@ -215,7 +242,7 @@ def _build(
     with kept_folder(image.folder) as draft:
         for part in ("program", "kilolib", "helpers", "build_id"):
             (draft / part).mkdir()
-        flags = [*program_flags(program), *compiler_warnings.FLAGS]
+        flags = [*program_flags(program), *compiler_warnings.FLAGS, *checks.flags]
         own = compile_into(draft / "program", program.sources, flags)
         warnings = compiler_warnings.own_warnings(program, "".join(said))
         (draft / _WARNINGS).write_text(json.dumps(warnings))
@@ -235,7 +262,7 @@ def _build(
                 run_tool(["avr-ar", "rcs", libraries[-1], *map(str, members)], failure)
         elf = draft / f"{image.name}.elf"
         linked = [*map(str, [*own, *told]), *libraries, "-lm"]
-        _link([compiler, *_link_flags(), *linked, "-o", str(elf)], program, own)
+        _link([compiler, *_link_flags(), *checks.link, *linked, "-o", str(elf)], program, own)
         make_hex(elf, draft / f"{image.name}.hex", failure)
 
 

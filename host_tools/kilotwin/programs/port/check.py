@@ -8,10 +8,17 @@ from typing import Any
 from kilotwin.errors import InputError
 from kilotwin.experiment.programs import Api, ProgramError, find_program
 from kilotwin.programs.cache import Notify
-from kilotwin.programs.image.image import build_image
+from kilotwin.programs.image.image import Image, build_image
 from kilotwin.programs.image.image_size import FLASH_BYTES, RAM_BYTES
 from kilotwin.programs.native.guest import build as build_guest
-from kilotwin.programs.port import bounds, callbacks, machine_code, retrial, source_text
+from kilotwin.programs.port import (
+    bounds,
+    callbacks,
+    machine_code,
+    numbers,
+    retrial,
+    source_text,
+)
 from kilotwin.programs.port import trial as trials
 from kilotwin.programs.port.disassembly import Disassembly
 from kilotwin.programs.port.findings import Finding, Weight, in_order
@@ -100,6 +107,15 @@ def check(
     if program.target == "module":
         found = tuple(machine_code.size(code, stack))
         return Report(program.name, code.flash_bytes, code.ram_bytes, stack, None, found)
+    # The API's own code is not the program's to mend.
+    own = {line.place.file for line in lines}
+    outcome, of_run = None, list[Finding]()
+    if trial is not None and "kilo_start" not in code.functions:
+        notify("no trial: the program never calls kilo_start()")
+    elif trial is not None:
+        tried = Tried(program, code, roles, trial)
+        outcome, of_run = _tried(tried, image, own, notify)
+    silent = {name for name in roles.callbacks["tx"] if machine_code.sends_nothing(code, name)}
     findings = [
         *machine_code.size(code, stack),
         *machine_code.interrupts(code, roles),
@@ -107,22 +123,27 @@ def check(
         *callbacks.before_setup(code, roles),
         *callbacks.messages(code, roles, lines),
         *source_text.ticks(lines),
-        *source_text.motors(lines),
-        *source_text.checksum(lines, roles),
+        *source_text.motors(lines, outcome),
+        *source_text.checksum(lines, roles, silent, outcome),
         *source_text.widths(program),
         *source_text.shifts(lines),
         *source_text.joined_bytes(lines),
     ]
-    # The API's own code is not the program's to mend.
-    own = {line.place.file for line in lines}
     theirs = [found for found in findings if found.place is None or found.place.file in own]
-    outcome = None
-    if trial is not None and "kilo_start" not in code.functions:
-        notify("no trial: the program never calls kilo_start()")
-    elif trial is not None:
-        guest = build_guest(bounds.watched(program), notify, flags=bounds.FLAGS)
-        notify(f"running {program.written} for {trial.seconds:g} s on an ATmega328P and here")
-        outcome = trials.run(trial, guest, image, code, roles)
-        theirs += trials.findings(outcome)
-        theirs += retrial.findings(Tried(program, code, roles, trial), outcome, notify)
+    theirs += of_run
     return Report(program.name, code.flash_bytes, code.ram_bytes, stack, outcome, in_order(theirs))
+
+
+def _tried(
+    tried: Tried, image: Image, own: set[str], notify: Notify
+) -> tuple[Outcome, list[Finding]]:
+    """What comes of a run on the chip and here, and what was found in it."""
+    program, code, trial = tried.program, tried.code, tried.trial
+    guest = build_guest(bounds.watched(program), notify, flags=bounds.FLAGS)
+    notify(f"running {program.written} for {trial.seconds:g} s on an ATmega328P and here")
+    sums = numbers.sums(code, own)
+    watched = [(one.at, one.carry) for one in sums]
+    outcome = trials.run(trial, guest, image, code, tried.roles, sums=watched)
+    unfit = [*numbers.tried(tried, guest, sums, outcome.carried, notify)]
+    differs = retrial.findings(tried, outcome, unfit, notify)
+    return outcome, [*trials.findings(outcome), *unfit, *differs]

@@ -25,7 +25,7 @@ _CONSEQUENCES = (
     # It does something else.
     ("differs-in-passes", "differs", "no-kick", "no-crc"),
     # Variables get values that nobody gave them.
-    ("array-bounds", "int-width"),
+    ("array-bounds", "int-overflow", "float-to-int", "int-width"),
     # An action meant to happen once happens often, or not at all.
     ("tick-modulo", "tick-equal"),
     # Now and then a value is wrong, or a message is lost.

@@ -81,6 +81,40 @@ def interrupts(program: Disassembly, roles: Roles) -> Iterator[Finding]:
                 )
 
 
+def sends_nothing(program: Disassembly, name: str) -> bool:
+    """Whether a transmit callback returns NULL on every way: each `ret` has zeros before it, and it
+    does not go over into another function."""
+    if name not in program.functions:
+        return False
+    code = program.functions[name].instructions
+    entry = code[0].address
+    leaves = any(
+        one.name in ("jmp", "rjmp")
+        and one.target
+        and not entry <= one.target[0] <= code[-1].address
+        for one in code
+    )
+    ends = [index for index, instruction in enumerate(code) if instruction.name == "ret"]
+    return not leaves and bool(ends) and all(_returns_zero(code, end) for end in ends)
+
+
+def _returns_zero(code: list[Instruction], end: int) -> bool:
+    """Whether both registers of a result get 0 before `end`, with no way to come in between."""
+    targets = {one.target[0] for one in code if one.target and one.name not in ("call", "rcall")}
+    left = {"r24", "r25"}
+    for instruction in reversed(code[:end]):
+        register = instruction.operands.partition(",")[0]
+        if register in left:
+            if instruction.name != "ldi" or not instruction.operands.endswith("0x00"):
+                return False
+            left.remove(register)
+        if not left:
+            return True
+        if instruction.ends or instruction.address in targets or instruction.name[:2] == "br":
+            return False
+    return False
+
+
 def torn(program: Disassembly, roles: Roles) -> Iterator[Finding]:
     """Variables of several bytes that an interrupt can change between two of them."""
     inside = program.reached_from(roles.in_interrupts)

@@ -25,8 +25,9 @@ class _Message(BaseModel):
 class PairedRun(_Message):
     """Order for the process: the program in its two forms, and how long it runs.
 
-    `follow`: byte addresses of functions to watch on the chip. With it, the run ends when stack and
-    data meet. With `to_difference`, it ends at the first difference.
+    `follow`: byte addresses of functions to watch on the chip, `sums` of instructions that end a
+    sum, with the carry that is told. With it, the run ends when stack and data meet. With
+    `to_difference`, it ends at the first difference.
     """
 
     name: str
@@ -37,6 +38,7 @@ class PairedRun(_Message):
     slack_s: float
     waits: bool
     follow: list[int] | None
+    sums: list[tuple[int, bool]] = []
     to_difference: bool
     ticks: int
     look_ticks: int
@@ -51,22 +53,31 @@ class Difference(_Message):
 
 
 class Watched(_Message):
-    """The chip's stack, and its calls by address: number, cycles of the longest, its tick."""
+    """The chip's stack, and its calls by address: number, cycles of the longest, its tick; where
+    they came from, with the first tick; and sums that carried, with the first tick."""
 
     stack_bytes: int
     deepest_at: int
     room_bytes: int
     ticks_lost: int
     calls: dict[int, tuple[int, int, int]]
+    callers: dict[int, dict[int, int]]
+    sums: dict[int, int]
 
 
 class Measured(_Message):
-    """Answer of the process: how far it came, and what was seen. `error`: it could not begin."""
+    """Answer of the process: how far it came, and what was seen. `error`: it could not begin.
+
+    Of the chip: frames sent, of these with a wrong checksum, seconds that motors only hummed.
+    """
 
     error: str = ""
     tick: int = 0
     received: int = 0
     compared: int = 0
+    chip_sent: int = 0
+    chip_sent_badly: int = 0
+    hummed_s: float = 0
     worst_lag_s: float = 0
     difference: Difference | None = None
     avr_failure: str = ""

@@ -37,6 +37,7 @@ def _measured(wanted: PairedRun) -> Measured:
             slack_s=wanted.slack_s,
             waits=wanted.waits,
             follow=wanted.follow,
+            sums=wanted.sums,
         )
     except _emulator.EngineError as error:
         return Measured(error=str(error))

@@ -15,7 +15,7 @@ from kilotwin.programs.image.image import build_image
 from kilotwin.programs.native.guest import build as build_guest
 from kilotwin.programs.port import trial as trials
 from kilotwin.programs.port.disassembly import Disassembly
-from kilotwin.programs.port.findings import Finding, Weight
+from kilotwin.programs.port.findings import Finding, Weight, listed
 from kilotwin.programs.port.roles import Roles
 from kilotwin.programs.port.trial import Outcome, Trial
 
@@ -44,6 +44,16 @@ LIGHT = Cause(
     "nothing has to be mended if it may read the light at one moment as well as at the next; "
     "compare what many runs have in common",
 )
+DELAYS = Cause(
+    "delay",
+    "delay=kilotwin_delay",
+    (Path(__file__).with_name("in_whole_ticks.c"),),
+    "interrupts prolong delay() on the robot, so that a message that comes at its end is met by "
+    "another line of loop() than here",
+    "delay() ends with a tick on both",
+    "nothing has to be mended if it may find a message before a delay() as well as behind it; "
+    "compare what many runs have in common",
+)
 PASSES = Cause(
     "kilo_start",
     "kilo_start=kilotwin_start",
@@ -52,7 +62,7 @@ PASSES = Cause(
     "loop() runs once a tick on both",
     "count kilo_ticks in place of passes: what it shows here is not what the robot will show",
 )
-_CAUSES = (LIGHT, PASSES)
+_CAUSES = (LIGHT, DELAYS, PASSES)
 
 
 @dataclass(frozen=True)
@@ -65,14 +75,17 @@ class Tried:
     trial: Trial
 
 
-def findings(tried: Tried, outcome: Outcome, notify: Notify) -> Iterator[Finding]:
-    """`outcome`'s first difference, if it has one that means anything."""
+def findings(
+    tried: Tried, outcome: Outcome, unfit: Sequence[Finding], notify: Notify
+) -> Iterator[Finding]:
+    """`outcome`'s first difference, if it has one that means anything. `unfit`: numbers that were
+    seen not to fit their type on the robot."""
     # Behind a spoilt stack or a failure nothing else is to be expected.
     if not outcome.difference or outcome.room_bytes < 0 or outcome.avr_failure:
         return
     tick, what = outcome.difference
     text = f"it decides otherwise on the robot than here, first at tick {tick:,}: {what}"
-    causes = [cause for cause in _CAUSES if cause.uses in tried.code.functions]
+    causes = [cause for cause in _CAUSES if _may_be(cause, tried)]
     if blamed := _blamed(causes, tried, notify):
         whats = " and ".join(cause.what for cause in blamed)
         withouts = " and ".join(cause.without for cause in blamed)
@@ -84,7 +97,17 @@ def findings(tried: Tried, outcome: Outcome, notify: Notify) -> Iterator[Finding
             "; ".join(cause.do for cause in blamed),
         )
     else:
-        yield Finding("differs", Weight.FAILS, text, _where_to_look(causes, tried))
+        yield Finding("differs", Weight.FAILS, text, _where_to_look(causes, tried, unfit))
+
+
+def _may_be(cause: Cause, tried: Tried) -> bool:
+    """Whether the program uses it. A delay() in a callback, where ticks stand, stays as it is."""
+    if cause is DELAYS:
+        code, roles = tried.code, tried.roles
+        in_callbacks = code.reached_from(roles.in_interrupts)
+        hears = bool(roles.callbacks["rx"])
+        return hears and trials.waits(code, roles) and cause.uses not in in_callbacks
+    return cause.uses in tried.code.functions
 
 
 def _blamed(causes: Sequence[Cause], tried: Tried, notify: Notify) -> Sequence[Cause]:
@@ -115,14 +138,13 @@ def _attempts(causes: Sequence[Cause]) -> list[Sequence[Cause]]:
     return [*([cause] for cause in causes), *together]
 
 
-def _where_to_look(causes: Sequence[Cause], tried: Tried) -> str:
+def _where_to_look(causes: Sequence[Cause], tried: Tried, unfit: Sequence[Finding]) -> str:
     """Causes that are possible in this program."""
+    if seen := [found for found in unfit if found.place is not None]:
+        places = sorted({(found.place.line, found.check) for found in seen if found.place})
+        where = listed([f"line {line} [{check}]" for line, check in places])
+        return f"mend first what does not fit its type: {where}"
     may_be = [cause.what for cause in causes if cause is not PASSES]
-    if tried.roles.callbacks["rx"] and trials.waits(tried.code, tried.roles):
-        may_be.append(
-            "a message, and the distance with it, may come before a line of loop() here and "
-            "behind it on the robot, where delay() lasts longer"
-        )
     if "malloc" in tried.code.functions:
         may_be.append("malloc() finds another amount of memory on the robot than here")
     narrow = (

@@ -3,7 +3,7 @@
 import os
 import re
 import subprocess
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from pathlib import Path
 
 from kilotwin.experiment.programs import Program
@@ -15,6 +15,7 @@ from kilotwin.programs.native.guest import find_compiler
 from kilotwin.programs.port.disassembly import Place
 from kilotwin.programs.port.findings import Finding, Weight
 from kilotwin.programs.port.roles import Line, Roles
+from kilotwin.programs.port.trial import Outcome
 
 _MODULO = re.compile(r"\bkilo_ticks\s*\)?\s*%[^;{]*?(==|!=|\)\s*[{;]|<)")
 _GUARD = re.compile(r"kilo_ticks\s*[!=]=\s*\w*[a-z_]\w*|\w*[a-z_]\w*\s*[!=]=\s*kilo_ticks")
@@ -25,6 +26,7 @@ _KICK = re.compile(
     r"OCR2[AB]\s*=\s*(255|0xFF|0xff)\b"
 )
 _FULL_DUTY = re.compile(r"\b(\w+)\s*=\s*(?:255|0[xX][fF]{2})\b")
+_HUMMED_S = 1.0
 _NO_DUTY = re.compile(r"^\s*(?:\([\w\s]+\)\s*)?0\s*,\s*(?:\([\w\s]+\)\s*)?0\s*$")
 # A 1 that is shifted by something that is no number, and is not cast to something wider before.
 _SHIFT = re.compile(r"(?<![\w.)])(?<!\) )\(?\s*1\s*\)?\s*<<\s*\(*\s*(?![\s(]*\d+\b)[A-Za-z_]")
@@ -102,8 +104,19 @@ def joined_bytes(lines: Sequence[Line]) -> Iterator[Finding]:
             )
 
 
-def motors(lines: Sequence[Line]) -> Iterator[Finding]:
-    """A motor that stands needs 15 ms at full duty to start."""
+def motors(lines: Sequence[Line], outcome: Outcome | None = None) -> Iterator[Finding]:
+    """A motor that stands needs 15 ms at full duty to start. `outcome`: of a trial, in which motors
+    may have hummed though there is a kick in the program."""
+    if outcome is not None and outcome.hummed_s >= _HUMMED_S:
+        yield Finding(
+            "no-kick",
+            Weight.FAILS,
+            f"motors were on for {outcome.hummed_s:.0f} s of the run without turning: they stood, "
+            "and got no kick of 15 ms at full duty",
+            "call spinup_motors() before set_motors() where the robot stood",
+            next((line.place for line in lines if _SET_MOTORS.search(line.text)), None),
+        )
+        return
     if any(_KICK.search(line.text) for line in lines):
         return
     full = {name for line in lines for name in _FULL_DUTY.findall(line.text)}
@@ -122,18 +135,29 @@ def motors(lines: Sequence[Line]) -> Iterator[Finding]:
             return
 
 
-def checksum(lines: Sequence[Line], roles: Roles) -> Iterator[Finding]:
-    """Frames without a checksum: every robot that receives one drops it."""
-    if any(
+def checksum(
+    lines: Sequence[Line], roles: Roles, silent: Container[str], outcome: Outcome | None = None
+) -> Iterator[Finding]:
+    """Frames without a checksum: every robot that receives one drops it. `silent`: callbacks that
+    never have a message. `outcome`: of a trial, which knows what was sent."""
+    why, weight = "message_crc() is never called", Weight.FAILS
+    if outcome is not None and outcome.sent > 0:
+        if outcome.sent_badly < outcome.sent:
+            return
+        why = f"that of all {outcome.sent:,} frames of the run is wrong"
+    elif any(
         "message_crc" in line.text and "uint16_t message_crc" not in line.text for line in lines
     ):
         return
+    elif outcome is not None:
+        why, weight = f"{why}, though nothing was sent in the run", Weight.WARNS
     for name, place in roles.callbacks["tx"].items():
+        if name in silent:
+            continue
         yield Finding(
             "no-crc",
-            Weight.FAILS,
-            f"what {name}() sends has no checksum: message_crc() is never called, and robots "
-            "drop such a message",
+            weight,
+            f"what {name}() sends has no checksum: {why}, and robots drop such a message",
             "set message.crc = message_crc(&message) after every change of the message",
             place,
         )

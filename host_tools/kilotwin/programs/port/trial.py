@@ -1,7 +1,7 @@
 """Runs a program on an emulated ATmega328P and here, with the same inputs, and measures it."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from kilotwin.programs.image.image import Image
@@ -97,6 +97,14 @@ class Outcome:
     native_failure: str
     prints: tuple[tuple[int, str], ...] = ()
     """Its prints here: tick and text."""
+    sent: int = 0
+    """Frames of the chip."""
+    sent_badly: int = 0
+    """Those with a wrong checksum."""
+    hummed_s: float = 0
+    """So long its motors were on while neither turned."""
+    carried: dict[int, int] = field(default_factory=dict)
+    """Ticks by the address of a sum (numbers.py) that did not fit."""
 
     def as_dict(self) -> dict[str, Any]:
         """For --json."""
@@ -149,10 +157,11 @@ def run(
     roles: Roles,
     *,
     to_difference: bool = False,
+    sums: Sequence[tuple[int, bool]] = (),
 ) -> Outcome:
     """Runs the program, confined; errors as of paired_run.run.
 
-    With `to_difference`, no further than to the first one.
+    With `to_difference`, no further than to the first one. `sums`: as of PairedRun.
     """
     loops, callbacks = sorted(roles.loop), sorted(roles.in_interrupts)
     entries = {
@@ -160,21 +169,42 @@ def run(
         for name in (*loops, *callbacks)
         if name in code.functions
     }
-    wanted = PairedRun(
+    wanted = _wanted(trial, guest, image, list(entries), waits=waits(code, roles))
+    wanted = wanted.model_copy(update={"to_difference": to_difference, "sums": list(sums)})
+    measured = paired_run.run(wanted, _limit_s(trial))
+    return _outcome(trial, measured, code, {name: entry for entry, name in entries.items()}, roles)
+
+
+def callers(
+    trial: Trial, guest: Guest, image: Image, entries: Sequence[int]
+) -> dict[int, dict[int, int]]:
+    """Where functions of the image were called from in a run, by their entries: addresses, and the
+    tick of the first call. Errors as of paired_run.run."""
+    wanted = _wanted(trial, guest, image, entries, waits=False)
+    watched = paired_run.run(wanted, _limit_s(trial)).watched
+    return {} if watched is None else watched.callers
+
+
+def _limit_s(trial: Trial) -> float:
+    return _LEAST_LIMIT_S + _LIMIT_PER_S * trial.seconds
+
+
+def _wanted(
+    trial: Trial, guest: Guest, image: Image, follow: Sequence[int], *, waits: bool
+) -> PairedRun:
+    return PairedRun(
         name=guest.name,
         guest=str(guest.file),
         elf=str(image.elf),
         seed=trial.seed,
         uid=UID,
         slack_s=SLACK_S,
-        waits=waits(code, roles),
-        follow=list(entries),
-        to_difference=to_difference,
+        waits=waits,
+        follow=list(follow),
+        to_difference=False,
         ticks=ticks(trial.seconds),
         look_ticks=_LOOK_TICKS,
     )
-    measured = paired_run.run(wanted, _LEAST_LIMIT_S + _LIMIT_PER_S * trial.seconds)
-    return _outcome(trial, measured, code, {name: entry for entry, name in entries.items()}, roles)
 
 
 def waits(code: Disassembly, roles: Roles) -> bool:
@@ -218,6 +248,10 @@ def _outcome(
         measured.avr_failure,
         measured.native_failure,
         tuple(measured.native_prints),
+        measured.chip_sent,
+        measured.chip_sent_badly,
+        measured.hummed_s,
+        watched.sums,
     )
 
 
