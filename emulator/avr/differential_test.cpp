@@ -129,7 +129,9 @@ void DifferentialTest::run_tick() {
         static_cast<int16_t>(std::clamp<int>(light_ + static_cast<int>(below(41)) - 20, 0, 1023));
     board_.readings[SENSOR_LIGHT] = light_;
     native_->set_light(light_);
-    if (const auto message = next_message()) {
+    if (!settings_.heard.empty() && tick_ > run_at_) {
+        give_heard();
+    } else if (const auto message = next_message()) {
         const auto noise = static_cast<double>(below(9)) - 4;
         give(*message,
              calibration_.gains.measure(33 + static_cast<double>(below(90)), noise / 2, noise));
@@ -153,6 +155,14 @@ void DifferentialTest::run_tick() {
     settle(native_side_, end);
     settle(avr_side_, end);
     if (!difference_ && avr_failure().empty() && !native_->stopped()) compare(end);
+}
+
+void DifferentialTest::give_heard() {
+    if (heard_next_ == settings_.heard.size()) return;
+    const Settings::Heard &next = settings_.heard[heard_next_];
+    if (run_at_ + next.tick > tick_) return;
+    heard_next_++;
+    give(next.message, calibration_.gains.measure(next.distance_mm));
 }
 
 /// For vitals, of all robots, with some slots.

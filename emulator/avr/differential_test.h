@@ -50,6 +50,14 @@ class DifferentialTest {
         std::optional<std::vector<uint16_t>> follow;
         /// Sums that are watched for a carry, of a chip that is followed.
         std::vector<CallWatch::Sum> sums = {};
+        /// A message that comes so many ticks after RUN, in place of those that follow from the seed.
+        struct Heard {
+            uint32_t tick;
+            message_t message;
+            uint8_t distance_mm;
+        };
+        /// In order of time; one a tick is given, others a tick later. Empty: by the seed.
+        std::vector<Heard> heard = {};
         /// From tick to tick of a question for vitals, which both answer; 0: there is none. The
         /// voltage that they tell is the same only if the chip is followed.
         uint32_t ask_every = 0;
@@ -127,6 +135,8 @@ class DifferentialTest {
     void find_first_tick();
     void run_tick();
     void give(const message_t &content, distance_measurement_t strength);
+    /// Gives the message of `heard` that begins in this tick, if one does.
+    void give_heard();
     /// The message that begins in this tick, if one does.
     std::optional<message_t> next_message();
     message_t question();
@@ -164,6 +174,7 @@ class DifferentialTest {
     Side native_side_, avr_side_;
     std::optional<Difference> difference_;
     // Inputs.
+    size_t heard_next_ = 0;         ///< of Settings::heard
     std::deque<message_t> recent_;  ///< messages that the program sent lately
     uint32_t tick_ = 0, run_at_ = 0, spell_until_ = 0;
     unsigned talk_of_256_ = 0;  ///< of 256 ticks, how many have a message in this spell

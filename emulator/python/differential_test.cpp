@@ -4,6 +4,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <memory>
@@ -21,13 +22,14 @@ namespace kilotwin {
 namespace {
 
 using Entries = std::optional<std::vector<uint16_t>>;
+using HeardMessages = std::vector<std::tuple<uint32_t, nb::bytes, uint8_t>>;
 using Sums = std::vector<std::pair<uint16_t, bool>>;  // addresses, and the carry that is told
 
 // `follow`: addresses of functions to watch on the chip; None watches nothing, which is faster.
 DifferentialTest::Settings settings_of(uint64_t seed, uint16_t uid,
                                        const std::vector<nb::bytes> &before_run, double slack_s,
                                        bool waits, Entries follow, const Sums &sums,
-                                       uint32_t ask_every) {
+                                       const HeardMessages &heard, uint32_t ask_every) {
     DifferentialTest::Settings settings;
     settings.seed = seed;
     settings.uid = uid;
@@ -36,6 +38,8 @@ DifferentialTest::Settings settings_of(uint64_t seed, uint16_t uid,
     settings.waits = waits;
     settings.follow = std::move(follow);
     for (const auto &[at, carry] : sums) settings.sums.push_back({at, carry});
+    for (const auto &[tick, bytes, mm] : heard)
+        settings.heard.push_back({tick, message_of(bytes), mm});
     settings.ask_every = ask_every;
     return settings;
 }
@@ -107,15 +111,15 @@ void register_differential_test(nb::module_ &m) {
             [](DifferentialTest *self, const std::string &guest, const std::string &tier,
                const std::string &elf, const std::string &name, uint64_t seed, uint16_t uid,
                const std::vector<nb::bytes> &before_run, double slack_s, bool waits, Entries follow,
-               const Sums &sums, uint32_t ask_every) {
+               const Sums &sums, const HeardMessages &heard, uint32_t ask_every) {
                 new (self) DifferentialTest(driver_of(tier, guest, name), FlashImage::load(elf),
                                             settings_of(seed, uid, before_run, slack_s, waits,
-                                                        std::move(follow), sums, ask_every));
+                                                        std::move(follow), sums, heard, ask_every));
             },
             nb::kw_only(), nb::arg("guest"), nb::arg("tier"), nb::arg("elf"), nb::arg("name"),
             nb::arg("seed"), nb::arg("uid"), nb::arg("before_run"), nb::arg("slack_s"),
             nb::arg("waits"), nb::arg("follow").none(), nb::arg("sums") = Sums(),
-            nb::arg("ask_every") = 0,
+            nb::arg("heard") = HeardMessages(), nb::arg("ask_every") = 0,
             "Built by guest_build and avr_build; `tier` is the guest's. `before_run`: messages, "
             "nine data bytes and the "
             "type each; `ask_every`: ticks from question to question for vitals, 0 none.")

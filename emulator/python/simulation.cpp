@@ -138,6 +138,17 @@ nb::object hummed_of(const PythonSimulation &self) {
     return array_of(std::move(hummed));
 }
 
+// Of one robot: (tick since RUN, nine data bytes and the type, distance in mm).
+nb::list heard_by(const PythonSimulation &self, uint32_t robot) {
+    nb::list out;
+    for (const Heard &heard : self.simulation().heard_by(robot)) {
+        const auto *bytes = reinterpret_cast<const char *>(&heard.message);
+        out.append(nb::make_tuple(self.simulation().tick_of(heard.at),
+                                  nb::bytes(bytes, offsetof(message_t, crc)), heard.distance_mm));
+    }
+    return out;
+}
+
 // The bytes of a guest's variables, as its program has laid them out.
 nb::bytes state_of(const PythonSimulation &self, size_t robot) {
     auto bytes = robot_of(self, robot).variables();
@@ -248,6 +259,13 @@ void register_robots(Class &simulation) {
     simulation.def("motors", motors_of)
         .def("frames", frames_of, "[N, 2]: sent and received.")
         .def("decisions", decisions_of, "[N]: times that LED or motors have changed.")
+        .def(
+            "listen_to",
+            [](PythonSimulation &self, std::vector<uint32_t> robots) {
+                self.simulation().listen_to(std::move(robots));
+            },
+            nb::arg("robots"), "Write down what programs of these robots get from now on.")
+        .def("heard_by", heard_by, nb::arg("robot"), "What it got, up to now.")
         .def("hummed_s", hummed_of, "[N]: how long motors were on while neither turned.")
         .def("state", state_of, nb::arg("robot"))
         .def("program", program_of, nb::arg("robot"))

@@ -40,6 +40,21 @@ struct Emission {
     message_t message;
 };
 
+/// A message that a program got.
+struct Heard {
+    Cycles at;  ///< end of its frame
+    uint32_t robot;
+    uint8_t distance_mm;
+    message_t message;
+};
+
+/// Some robots whose programs' messages are written down, if they run natively. A robot that is
+/// brought back gets some of them twice.
+struct Listening {
+    std::vector<uint32_t> robots;
+    std::vector<Heard> heard = {};
+};
+
 /// Which robot runs, for the report if its program kills the process, and for the watch that does
 /// if it does not come back. Survives that when it is a mapped file.
 struct BlackBox {
@@ -65,6 +80,7 @@ struct RobotContext {
     Cycles battery = 0;                ///< how long it drives on a full battery; 0: for ever
     Readings readings = usual_readings();  ///< of sensors that read the same for all robots
     bool recalls_passes = true;            ///< of translated programs, those that change nothing
+    Listening *listening = nullptr;        ///< null: to none
 };
 
 /// Faults that are noted once per robot, as bits: mistakes that its program survives, and an order

@@ -4,6 +4,7 @@
 #include <bit>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/errors.h"
@@ -247,6 +248,28 @@ void Simulation::add_extras(Samples &samples, const SampleExtras &extras) const 
         for (const Robot &robot : robots_) samples.add_battery(robot.voltage(now_));
     if (extras.messages)
         for (const FrameCounts &counts : channel_->frames()) samples.add_messages(counts);
+}
+
+void Simulation::listen_to(std::vector<uint32_t> robots) {
+    listening_ = {std::move(robots)};
+    context_.listening = listening_.robots.empty() ? nullptr : &listening_;
+}
+
+std::vector<Heard> Simulation::heard_by(uint32_t robot) const {
+    std::vector<Heard> heard;
+    std::copy_if(listening_.heard.begin(), listening_.heard.end(), std::back_inserter(heard),
+                 [&](const Heard &one) { return one.robot == robot && one.at < now_; });
+    auto bytes = [](const Heard &one) {
+        return std::string_view(reinterpret_cast<const char *>(&one.message), sizeof one.message);
+    };
+    std::sort(heard.begin(), heard.end(), [&](const Heard &a, const Heard &b) {
+        return a.at != b.at ? a.at < b.at : bytes(a) < bytes(b);
+    });
+    const auto twice = [&](const Heard &a, const Heard &b) {
+        return a.at == b.at && bytes(a) == bytes(b);
+    };
+    heard.erase(std::unique(heard.begin(), heard.end(), twice), heard.end());
+    return heard;
 }
 
 Samples Simulation::take_samples() { return std::exchange(samples_, {}); }

@@ -192,6 +192,12 @@ class Simulation {
     /// Frames of each robot.
     std::vector<FrameCounts> frames() const { return channel_->frames(); }
 
+    /// From now on the messages that programs of these robots get are written down, if they run
+    /// natively.
+    void listen_to(std::vector<uint32_t> robots);
+    /// Those before now, in order of time.
+    std::vector<Heard> heard_by(uint32_t robot) const;
+
     /// Seconds that a robot's motors were on so far while neither turned.
     double hummed_s(uint32_t robot) const { return bodies_->hummed_s(robot); }
 
@@ -246,6 +252,7 @@ class Simulation {
     Events module_events_;             ///< fetched from the grid, and not taken yet
     std::vector<Emission> emissions_;  ///< of the robot executed last; the channel takes them
     BlackBox *black_box_ = nullptr;    ///< mapped file that tells which robot runs, or null
+    Listening listening_;
     RobotContext context_;             ///< what all robots share
     std::vector<std::unique_ptr<Driver>> drivers_;     ///< by group
     Swarm<Robot> robots_;                              ///< by index; those on boards too

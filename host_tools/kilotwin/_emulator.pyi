@@ -117,6 +117,9 @@ class ModuleEvent(TypedDict):
     text: str
     code: NotRequired[list[int]]
 
+Heard = tuple[int, bytes, int]
+"""A message that a program got: the tick since RUN, nine data bytes and the type, mm."""
+
 class Simulation:
     tick: int
     robots: int
@@ -152,6 +155,8 @@ class Simulation:
     def motors(self) -> NDArray[np.uint8]: ...  # [N, 2]
     def frames(self) -> NDArray[np.uint32]: ...  # [N, 2]: sent, received
     def decisions(self) -> NDArray[np.uint32]: ...  # [N]: times that LED or motors changed
+    def listen_to(self, robots: Sequence[int]) -> None: ...  # native ones
+    def heard_by(self, robot: int) -> list[Heard]: ...
     def hummed_s(self) -> NDArray[np.float64]: ...  # [N]: motors on, and neither turning
     def state(self, robot: int) -> bytes: ...
     def program(self, robot: int) -> str: ...
@@ -230,6 +235,7 @@ class DifferentialTest:
         waits: bool,
         follow: Sequence[int] | None,
         sums: Sequence[tuple[int, bool]] = (),
+        heard: Sequence[Heard] = (),
         ask_every: int = 0,
     ) -> None: ...
     def run(self, ticks: int) -> None: ...

@@ -171,3 +171,54 @@ def test_a_run_that_is_interrupted_does_not_wait_for_its_twin(
         killer.cancel()
     assert process.returncode == 130
     assert json.loads(manifest.read_text())["status"] == "interrupted"
+
+
+# What the other kind says leads it there: followers show green while they heard a leader within so
+# many passes of loop(), which a robot makes in a moment and the emulator in seconds.
+FOLLOWS = """\
+#include <kilolib.h>
+static message_t message;
+static volatile uint8_t fresh;
+static uint8_t age = 255;
+static message_t *on_transmit(void) { return IS_LEADER ? &message : 0; }
+static void on_message(message_t *m, distance_measurement_t *d) {
+    (void)d;
+    if (m->type == 9 && m->data[0] == 0xA7 && m->data[5] == 0x3C) fresh = 1;
+}
+static void setup(void) {
+    message.type = 9;
+    message.data[0] = 0xA7;
+    message.data[5] = 0x3C;
+    message.crc = message_crc(&message);
+}
+static void loop(void) {
+    if (fresh) { fresh = 0; age = 0; }
+    else if (age < 255) age++;
+    set_color(age < 48 ? RGB(0, 1, 0) : RGB(1, 0, 0));
+}
+int main(void) {
+    kilo_init();
+    kilo_message_tx = on_transmit;
+    kilo_message_rx = on_message;
+    kilo_start(setup, loop);
+    return 0;
+}
+"""
+
+
+@pytest.mark.parametrize("leader", ["kilo_uid == 1", "kilo_uid == 2", "0"])
+def test_a_twin_gets_what_robots_of_the_run_got(
+    kilotwin: Kilotwin, tmp_path: Path, leader: str
+) -> None:
+    """Messages by chance lead no robot to what begins with another kind's message."""
+    experiment = written(tmp_path, FOLLOWS.replace("IS_LEADER", leader))
+    experiment.write_text(experiment.read_text().replace("diameter_m = 0.5", "diameter_m = 0.15"))
+    line = said(kilotwin, experiment)
+    if leader == "0":
+        assert line.startswith(AGREES)
+        return
+    assert line.startswith("twin differs: program.c, first at tick ")
+    assert "with the messages that robot " in line
+    port = kilotwin("port", tmp_path / "program.c", "--time", "5", expect=1)
+    assert "with the messages that robot " in port.stdout
+    assert "[differs-in-passes]" in port.stdout

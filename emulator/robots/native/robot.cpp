@@ -287,6 +287,8 @@ void NativeRobot::take_message() {
             robot_answer_hear(&written().heard, &reception.message, &reception.distance);
         return obey(command);
     }
+    if (robot_.context->listening != nullptr) [[unlikely]]
+        write_down(reception);
     const auto &table = program_->table();
     *table.rx_message = reception.message;
     *table.rx_distance = reception.distance;
@@ -294,6 +296,16 @@ void NativeRobot::take_message() {
     stale_conversion_ = -1;
     interrupt(table, [&table] { (*table.message_rx)(table.rx_message, table.rx_distance); });
     loop_due_ = true;  // it sees at once what the callback changed
+}
+
+void NativeRobot::write_down(const Reception &reception) const {
+    Listening &listening = *robot_.context->listening;
+    const auto &robots = listening.robots;
+    if (std::find(robots.begin(), robots.end(), robot_.index) == robots.end()) return;
+    const auto mm = robot_.context->gains_are_mm
+                        ? static_cast<uint8_t>(std::clamp<int>(reception.distance.low_gain, 0, 255))
+                        : robot_.calibration.gains.estimate_mm(reception.distance);
+    listening.heard.push_back({reception.at, robot_.index, mm, reception.message});
 }
 
 // Time passes up to `wake`; interrupts at that moment come before the program goes on.

@@ -95,6 +95,10 @@ class Job:
     """Acts in the run that this one repeats."""
     faster: tuple[Files, ...] = ()
     """Code that is made beside the run, and taken over when it is there."""
+    listen_to: tuple[int, ...] = ()
+    """Robots whose messages are reported, those of the first ..."""
+    listen_s: float = 0
+    """... seconds, for their programs' twins."""
     live: int | None = None
     """The worker's end of the socket to a viewer, inherited; see session/live_link.py."""
     speed: float = math.inf

@@ -15,6 +15,7 @@ from kilotwin.runs.folder import FAILURES, PRINT, UNDEFINED
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.emulated import EmulatedWorld
 from kilotwin.session.loop import NEVER, Attention, Companion
+from kilotwin.units import ticks
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Event, Samples
@@ -160,6 +161,41 @@ class Recorder(Companion, Generic[WriterT]):
             "metrics": metrics_summary(self._experiment.keys, self.meter.latest),
             "metrics_failed": self.meter.failed,
         }
+
+
+class Listener(Companion):
+    """Writes down what programs of some robots get in the first seconds, and reports it once."""
+
+    def __init__(
+        self, world: EmulatedWorld, robots: Iterable[int], for_s: float, report: Report
+    ) -> None:
+        self._world = world
+        self._robots = list(robots)
+        self._until = ticks(for_s)
+        self._report = report
+        world.simulation.listen_to(self._robots)
+
+    def step(self, now: int) -> None:
+        """Reports, when the time is over."""
+        if self._robots and now >= self._until:
+            self.finish()
+
+    def next_due(self) -> int:
+        """Then."""
+        return self._until if self._robots else NEVER
+
+    def finish(self) -> None:
+        """Reports what there is, if it has not."""
+        if not self._robots:
+            return
+        simulation = self._world.simulation
+        heard = {
+            robot: [(tick, message.hex(), mm) for tick, message, mm in simulation.heard_by(robot)]
+            for robot in self._robots
+        }
+        simulation.listen_to([])
+        self._robots = []
+        self._report({"type": "heard", "heard": heard})
 
 
 class ModuleRecorder(Companion):

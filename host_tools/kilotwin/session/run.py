@@ -34,7 +34,7 @@ from kilotwin.metrics.functions import LocalFunctions, answer
 from kilotwin.programs.coverage.marks import Marks, understood
 from kilotwin.programs.group import build_all, symbols_of
 from kilotwin.programs.native.guest import Guest
-from kilotwin.programs.port.twin import Mode, Twins, native_kilobots
+from kilotwin.programs.port.twin import TWIN_S, Ear, Mode, Twins, native_kilobots
 from kilotwin.programs.translate.optimiser import Optimiser
 from kilotwin.runs import notes
 from kilotwin.runs.folder import (
@@ -68,6 +68,7 @@ _REPORTS: dict[str, dict[str, type]] = {
     "waits": {},
     "progress": {"tick": int, "resting": dict, "not_resting": int, "metrics": dict},
     "measure": {},
+    "heard": {"heard": dict},
     "done": {"exit_code": int, "summary": dict},
     "error": {"exit_code": int, "message": str},
 }
@@ -136,7 +137,8 @@ def run(
         display.note(note)
     functions = LocalFunctions(experiment) if experiment.functions else None
     manifest = new_manifest(experiment, built, command_line)
-    twins = Twins(native_kilobots(experiment, guests), twin, display.note)
+    natives = native_kilobots(experiment, guests)
+    twins = Twins(natives, twin, display.note, listens=serving is None)
     with BlackBox.made() as black_box, Optimiser(built) as optimiser:
         files = [str(guest.file) for guest in guests]
         module_file = None if modules is None else str(modules.file)
@@ -154,11 +156,16 @@ def run(
             functions_outside=functions is not None,
             acts=acts,
             faster=() if runs_native_code(experiment) else expected(experiment, guests),
+            listen_to=twins.robots,
+            listen_s=TWIN_S,
             live=None if window is None else window.run_end,
             speed=speed,
         )
         try:
-            outcome = _Child(job, display, timeout_s, functions, window, optimiser=optimiser).wait()
+            child = _Child(
+                job, display, timeout_s, functions, window, optimiser=optimiser, twins=twins
+            )
+            outcome = child.wait()
         finally:
             display.stop()
             for link in serving.links if serving is not None else ():
@@ -240,8 +247,10 @@ class _Child:
         window: Window | None,
         *,
         optimiser: Optimiser,
+        twins: Twins,
     ) -> None:
         self._job = job
+        self._twins = twins
         assert job.black_box is not None
         self._black_box = BlackBox(Path(job.black_box))
         self._watch = Watch(self._black_box)
@@ -341,6 +350,8 @@ class _Child:
             self._display.start(experiment, self._job.folder)
             if self._window is not None:
                 self._window.open(self._job.folder)
+        elif message["type"] == "heard":
+            self._begin_twins(message["heard"])
         elif message["type"] == "note":
             self._display.note(plain(message["text"]))
         elif message["type"] == "progress":
@@ -351,6 +362,15 @@ class _Child:
             self._display.progress(
                 message["tick"], message["resting"], message["not_resting"], message["metrics"]
             )
+
+    def _begin_twins(self, heard: dict[str, Any]) -> None:
+        """With what the run's robots got; what cannot be understood is none of it."""
+        ears = {}
+        with contextlib.suppress(ValueError, TypeError):
+            for robot, messages in heard.items():
+                its = tuple((int(tick), str(message), int(mm)) for tick, message, mm in messages)
+                ears[int(robot)] = Ear(self._job.experiment.uid_of(int(robot)), its)
+        self._twins.begin(ears)
 
     def _say_what_native_takes(self, ran_s: float, whole_s: float) -> None:
         """Once, of a long run of programs that run translated."""

@@ -23,7 +23,14 @@ from kilotwin.session.emulated import EmulatedWorld
 from kilotwin.session.faster_code import FasterCode
 from kilotwin.session.job import Job
 from kilotwin.session.loop import Attention, Companion, Each, Session
-from kilotwin.session.recorder import ModuleRecorder, Recorder, Report, Writer, WriterT
+from kilotwin.session.recorder import (
+    Listener,
+    ModuleRecorder,
+    Recorder,
+    Report,
+    Writer,
+    WriterT,
+)
 from kilotwin.session.steps import Steps
 from kilotwin.units import seconds, ticks
 
@@ -84,6 +91,7 @@ class Trial(Generic[WriterT]):
         self._companions: list[Companion] = [
             self._recorder,
             *self._module_recorders(),
+            Listener(self._world, job.listen_to, job.listen_s, report),
             *self._repetitions(),
             Steps(self._keys, self._simulation),
             *hosts,

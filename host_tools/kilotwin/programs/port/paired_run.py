@@ -26,8 +26,9 @@ class PairedRun(_Message):
     """Order for the process: the program in its two forms, and how long it runs.
 
     `follow`: byte addresses of functions to watch on the chip, `sums` of instructions that end a
-    sum, with the carry that is told. With it, the run ends when stack and data meet. With
-    `to_difference`, it ends at the first difference.
+    sum, with the carry that is told. With `follow`, the run ends when stack and data meet. `heard`:
+    messages in place of those by the seed, with the tick since RUN, in hex, and the distance in mm.
+    With `to_difference`, it ends at the first difference.
     """
 
     name: str
@@ -39,6 +40,7 @@ class PairedRun(_Message):
     waits: bool
     follow: list[int] | None
     sums: list[tuple[int, bool]] = []
+    heard: list[tuple[int, str, int]] = []
     to_difference: bool
     ticks: int
     look_ticks: int

@@ -38,6 +38,7 @@ def _measured(wanted: PairedRun) -> Measured:
             waits=wanted.waits,
             follow=wanted.follow,
             sums=wanted.sums,
+            heard=[(tick, bytes.fromhex(message), mm) for tick, message, mm in wanted.heard],
         )
     except _emulator.EngineError as error:
         return Measured(error=str(error))

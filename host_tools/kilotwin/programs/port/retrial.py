@@ -84,7 +84,9 @@ def findings(
     if not outcome.difference or outcome.room_bytes < 0 or outcome.avr_failure:
         return
     tick, what = outcome.difference
-    text = f"it decides otherwise on the robot than here, first at tick {tick:,}: {what}"
+    ear = tried.trial.ear
+    got = "" if ear is None else f", with the messages that robot {ear.uid} of a run got"
+    text = f"it decides otherwise on the robot than here{got}, first at tick {tick:,}: {what}"
     causes = [cause for cause in _CAUSES if _may_be(cause, tried)]
     if blamed := _blamed(causes, tried, notify):
         whats = " and ".join(cause.what for cause in blamed)

@@ -13,6 +13,7 @@ from kilotwin.programs.port.findings import Finding, Weight
 from kilotwin.programs.port.machine_code import STACK_RESERVE
 from kilotwin.programs.port.paired_run import Measured, PairedRun
 from kilotwin.programs.port.roles import Roles
+from kilotwin.programs.port.twin import Ear
 from kilotwin.units import CYCLES_PER_S, TICK_CYCLES, TICK_S, ticks
 
 # A tick and a bit: an interrupt between two lines of loop() may put a decision off until the next.
@@ -35,6 +36,8 @@ class Trial:
 
     seconds: float = 60
     seed: int = 1
+    ear: Ear | None = None
+    """What it gets in place of messages by the seed, as a robot of a run got it."""
 
 
 @dataclass(frozen=True)
@@ -197,10 +200,11 @@ def _wanted(
         guest=str(guest.file),
         elf=str(image.elf),
         seed=trial.seed,
-        uid=UID,
+        uid=UID if trial.ear is None else trial.ear.uid,
         slack_s=SLACK_S,
         waits=waits,
         follow=list(follow),
+        heard=[] if trial.ear is None else list(trial.ear.heard),
         to_difference=False,
         ticks=ticks(trial.seconds),
         look_ticks=_LOOK_TICKS,

@@ -19,10 +19,9 @@ from kilotwin.programs.port.disassembly import Disassembly
 from kilotwin.programs.port.paired_run import Measured, PairedRun
 from kilotwin.programs.port.roles import find_roles, own_lines
 from kilotwin.programs.port.trial import SLACK_S, UID, waits
-from kilotwin.programs.port.twin import TwinVerdict
+from kilotwin.programs.port.twin import TWIN_S, Ear, TwinVerdict
 from kilotwin.units import ticks
 
-SECONDS = 10.0
 _SEED = 1
 _TIMEOUT_S = 60.0
 
@@ -30,12 +29,12 @@ _TIMEOUT_S = 60.0
 def main() -> None:
     """Judges what is on stdin."""
     _emulator.end_with_parent(int(sys.argv[1]))
-    program, guest = pickle.load(sys.stdin.buffer)
-    sys.stdout.write(json.dumps(asdict(verdict(program, guest))))
+    program, guest, ear = pickle.load(sys.stdin.buffer)
+    sys.stdout.write(json.dumps(asdict(verdict(program, guest, ear))))
 
 
-def verdict(program: Program, guest: Guest) -> TwinVerdict:
-    """Both run for SECONDS, or to the first difference."""
+def verdict(program: Program, guest: Guest, ear: Ear | None = None) -> TwinVerdict:
+    """Both run for TWIN_S, or to the first difference, with the messages of `ear`."""
     name = program.written
     try:
         image = build_image(program)
@@ -44,39 +43,42 @@ def verdict(program: Program, guest: Guest) -> TwinVerdict:
     except RunError as error:
         return TwinVerdict(name, None, f"{error}")
     try:
-        return judged(name, _measured(program, guest, image))
+        return judged(name, _measured(program, guest, image, ear), ear)
     except KilotwinError as error:
         return TwinVerdict(name, None, f"{error}")
 
 
-def _measured(program: Program, guest: Guest, image: Image) -> Measured:
+def _measured(program: Program, guest: Guest, image: Image, ear: Ear | None) -> Measured:
     code = Disassembly.of(image)
     wanted = PairedRun(
         name=guest.name,
         guest=str(guest.file),
         elf=str(image.elf),
         seed=_SEED,
-        uid=UID,
+        uid=UID if ear is None else ear.uid,
         slack_s=SLACK_S,
         waits=waits(code, find_roles(own_lines(program))),
-        follow=None,
+        # With no function to follow: else a reading of the battery is not the same on both.
+        follow=[],
+        heard=[] if ear is None else list(ear.heard),
         to_difference=True,
-        ticks=ticks(SECONDS),
-        look_ticks=ticks(SECONDS),
+        ticks=ticks(TWIN_S),
+        look_ticks=ticks(TWIN_S),
     )
     return paired_run.run(wanted, _TIMEOUT_S)
 
 
-def judged(name: str, measured: Measured) -> TwinVerdict:
+def judged(name: str, measured: Measured, ear: Ear | None = None) -> TwinVerdict:
     """The verdict by what was measured."""
     if failure := measured.native_failure or measured.avr_failure:
         where = "here" if measured.native_failure else "on the robot"
         return TwinVerdict(name, False, f"it cannot go on {where}: {failure}")
     if measured.difference is not None:
-        first = f"first at tick {measured.difference.tick:,}: {measured.difference.text}"
+        got = "" if ear is None else f", with the messages that robot {ear.uid} got"
+        first = f"first at tick {measured.difference.tick:,}: {measured.difference.text}{got}"
         why = f'`kilotwin port {name}` says why, cpu = "translated" runs it as the robot does'
         return TwinVerdict(name, False, f"{first}; {why}")
-    how_many = f"{measured.compared:,} decisions in {SECONDS:g} s"
+    how_many = f"{measured.compared:,} decisions in {TWIN_S:g} s"
     return TwinVerdict(name, True, f"{how_many} are as on its ATmega328P")
 
 

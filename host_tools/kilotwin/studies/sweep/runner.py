@@ -20,7 +20,7 @@ from kilotwin.files.interrupts import heeding_interrupts
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.group import build_group
 from kilotwin.programs.native.guest import Guest
-from kilotwin.programs.port.twin import Mode, Twins, native_kilobots
+from kilotwin.programs.port.twin import Mode, Native, Twins, native_kilobots
 from kilotwin.runs.folder import EXPERIMENT, slug, utc_now
 from kilotwin.runs.reader import Run
 from kilotwin.session.estimate import cpu_s_of
@@ -94,7 +94,7 @@ class Sweep:
     data: DataSet
     keys: Sequence[str]
     there: set[str] = field(default_factory=set)
-    native: Sequence[tuple[Program, Guest]] = ()
+    native: Sequence[Native] = ()
     failures: dict[str, Failed] = field(default_factory=dict)
     interrupted: bool = False
     damaged: int = 0
@@ -105,7 +105,7 @@ class Sweep:
         data = DataSet.at(folder, engine_sha256())
         guests: dict[tuple[Program, Tier, Target | None], Guest] = {}
         keys = []
-        native: list[tuple[Program, Guest]] = []
+        native: list[Native] = []
         at_once = sum(cpu_s_of(trial.experiment) for trial in plan.trials) < _LONG_CPU_S
         notes = {note: None for trial in plan.trials for note in trial.experiment.notes()}
         for note in notes:
