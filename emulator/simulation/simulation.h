@@ -253,7 +253,7 @@ class Simulation {
     std::vector<Emission> emissions_;  ///< of the robot executed last; the channel takes them
     BlackBox *black_box_ = nullptr;    ///< mapped file that tells which robot runs, or null
     Listening listening_;
-    RobotContext context_;             ///< what all robots share
+    RobotContext context_;                             ///< what all robots share
     std::vector<std::unique_ptr<Driver>> drivers_;     ///< by group
     Swarm<Robot> robots_;                              ///< by index; those on boards too
     Boards boards_;                                    ///< empty without chips

@@ -73,7 +73,8 @@ class Event(TypedDict):
 
     tick: int  # nominal, of the world
     robot_tick: int  # the robot's own kilo_ticks
-    robot: int
+    robot: int  # its index
+    uid: NotRequired[int]  # the engine does not say it
     program: str
     kind: str  # crash, busy_wait, endless, note, stack_overflow, print
     text: str

@@ -93,7 +93,7 @@ class Ran:
     def innocents(self) -> tuple[list[dict[str, Any]], list[str]]:
         """Rows and prints of the others."""
         rows = pq.read_table(self.folder / "run/robots.parquet").to_pylist()
-        names = [f"robot-{robot}.log" for robot in range(len(ATTACKS), len(ATTACKS) + 4)]
+        names = [f"robot-{robot + 1}.log" for robot in range(len(ATTACKS), len(ATTACKS) + 4)]
         prints = [(self.folder / "run/prints" / name).read_text() for name in names]
         return [row for row in rows if row["robot"] >= len(ATTACKS)], prints
 

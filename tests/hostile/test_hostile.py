@@ -92,7 +92,7 @@ def rows_of_innocents(folder: Path, count: int) -> list[dict[str, Any]]:
 
 
 def prints(folder: Path, robot: int) -> str:
-    return (folder / f"run/prints/robot-{robot}.log").read_text()
+    return (folder / f"run/prints/robot-{robot + 1}.log").read_text()
 
 
 @pytest.fixture(scope="module")
@@ -156,12 +156,12 @@ def test_the_manifest_says_that_the_run_was_confined(swarm: Swarm) -> None:
     assert (manifest["confined"], manifest["not_confined"]) == (True, [])
 
 
-LAST = "last to run was ends_run robot 1"
+LAST = "last to run was ends_run robot 2"
 DAMAGED = "is damaged; one of the programs wrote into the run folder"
 # Ways of ends_run.c of which more is said than that the process ended: a part of it.
 SAID = {
     **dict.fromkeys((1, 2, 3, 4, 10, 14, 15), LAST),
-    13: "last to run was ends_run robot 2",  # which found the damage of another of them
+    13: "last to run was ends_run robot 3",  # which found the damage of another of them
     11: f"manifest.json: {DAMAGED}",
     12: "cannot write (is a directory)",
     16: f"robots.arrows: {DAMAGED}",

@@ -210,7 +210,7 @@ def test_what_would_run_when_it_is_loaded_is_not_loaded(
 
 
 STUCK = (
-    "nothing went on in the engine for 3 s, so that it was ended; last to run was moments robot 0"
+    "nothing went on in the engine for 3 s, so that it was ended; last to run was moments robot 1"
 )
 
 
@@ -297,6 +297,6 @@ class TestByEachCommand:
             assert NOT_LOADED[moment] in told[0]
         elif act in CALLS:
             assert len(told) == 1
-            assert f"not allowed here, {CALLS[act]}: robot 0" in told[0]
+            assert f"not allowed here, {CALLS[act]}: robot 1" in told[0]
         else:
             assert told == []

@@ -219,14 +219,14 @@ peak = 500
 half_m = 0.2
 [[step]]
 at_s = 0
-robot = 0
+robot = 1
 pose = [0.0, 0.25, 1.0]
 [[step]]
 at_s = 2.6
 ambient = 500
 [[step]]
 at_s = 4.03
-robot = 1
+robot = 2
 pose = [0.2, -0.1, 3.0]
 [[step]]
 at_s = 4.5

@@ -91,7 +91,7 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "silent robot": (
         "return has_it ? &with",
         "return kilo_uid == 7 ? 0 : has_it ? &with",
-        "robot 6 sent 0 messages/s",
+        "robot 7 sent 0 messages/s",
     ),
     "too slow": (
         "in->data[0]) has_it",

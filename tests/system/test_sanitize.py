@@ -103,7 +103,7 @@ def test_a_scenario_fails_at_the_line_unless_it_is_expected(
     words = ("test", scenario, "--no-keep", "--junit", folder / "j.xml")
     kilotwin(*words)
     done = kilotwin(*words, "--sanitize", expect=1)
-    assert "no_undefined = true: robot 0 (undefined) at 1." in done.stdout
+    assert "no_undefined = true: robot 1 (undefined) at 1." in done.stdout
     assert 'file="' + str(folder / "undefined.c") in (folder / "j.xml").read_text()
     scenario.write_text(text + expected + "[[expect]]\nno_undefined = false\n")
     kilotwin(*words, "--sanitize")

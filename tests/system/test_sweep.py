@@ -265,7 +265,7 @@ def test_a_trial_that_fails_is_tried_again_then_listed_with_its_run_folder(
     done = kilotwin("sweep", tmp_path / "sweep.toml", "--out", out, "--json", expect=1)
     (failed,) = json.loads(done.stdout)["failed"]
     assert failed["trial"] == "bad, seed 1"
-    assert "robot 2 (crashes)" in failed["failed"]
+    assert "robot 3 (crashes)" in failed["failed"]
     assert (Path(failed["run_folder"]) / "events.jsonl").read_text().count('"crash"') == 1
     assert pq.read_table(out / "trials.parquet")["base"].to_pylist() == ["good"]
     # Mended, it is another program; the folder of the trial that succeeds now is not kept.

@@ -21,6 +21,7 @@ from kilotwin.experiment.checks.experiment import (
     swarm_size,
     uids_of,
 )
+from kilotwin.experiment.checks.robots import uids_text
 from kilotwin.experiment.files import find_file, shown
 from kilotwin.experiment.formations import StartError, in_formation
 from kilotwin.experiment.pictures import Picture, floor_picture, light_picture
@@ -125,6 +126,8 @@ class Experiment:
         if problem is not None:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
         groups, lab = tuple(_groups(placed, origin)), _lab(keys, origin)
+        if lab:
+            _check_named(keys, origin, [uid for uid, _ in lab])
         floor, light = floor_picture(keys, origin), light_picture(keys, origin)
         functions = _functions(keys, origin)
         if keys.grid is None:
@@ -148,6 +151,15 @@ class Experiment:
     def uid_of(self, robot: int) -> int:
         """The uid with which the robot with that index begins."""
         return self.lab[robot][0] if self.lab else robot + 1
+
+    @property
+    def uids(self) -> Sequence[int]:
+        """Those with which the robots begin, in the order of their indices."""
+        return [uid for uid, _ in self.lab] if self.lab else range(1, self.size + 1)
+
+    def robot_of(self, uid: int) -> int | None:
+        """The index of the robot that begins with that uid; None: there is none."""
+        return self.uids.index(uid) if uid in self.uids else None
 
     def group_of(self, robot: int) -> Group:
         """The group of the robot with that id."""
@@ -267,8 +279,8 @@ class Experiment:
         return InputError(f"{self.origin.where(path)}: {what}")
 
 
-def one_command(origin: ExperimentText, robots: int) -> Command:
-    """The one [[command]] of tables that hold nothing else, for so many robots."""
+def one_command(origin: ExperimentText, robots: Sequence[int]) -> Command:
+    """The one [[command]] of tables that hold nothing else, for robots with these uids."""
     try:
         command = Command.model_validate(origin.raw["command"][0])
     except ValidationError as error:
@@ -289,6 +301,16 @@ def _with_poses(origin: ExperimentText) -> dict[str, Any]:
     from kilotwin.experiment.pose_files import with_poses
 
     return with_poses(kinds, origin)
+
+
+def _check_named(keys: ExperimentSchema, origin: ExperimentText, uids: Sequence[int]) -> None:
+    """InputError if a key names a robot that the lab does not have."""
+    commands, steps = enumerate(keys.command or []), enumerate(keys.step)
+    named = [(("command", index, "robot"), command.robot) for index, command in commands]
+    named += [(("step", index, "robot"), step.robot) for index, step in steps]
+    for path, robot in named:
+        if robot is not None and robot not in uids:
+            raise InputError(f"{origin.where(path)}: there is no robot {robot}; {uids_text(uids)}")
 
 
 def _wire(keys: ExperimentSchema, origin: ExperimentText) -> "Wire | None":

@@ -9,7 +9,7 @@ _NAMED = 3
 
 @dataclass
 class Cause:
-    """A failure and where it came up: robots by their numbers, or modules as "column-row".
+    """A failure and where it came up: robots by their uids, or modules as "column-row".
 
     `file` is "" where no line is known. `first_tick` is that of the first of them.
     """
@@ -49,7 +49,11 @@ def causes(events: Iterable[Mapping[str, Any]]) -> list[Cause]:
     """The causes of failures, in their order."""
     found: dict[tuple[Any, ...], Cause] = {}
     for event in events:
-        named = event["robot"] if "robot" in event else "-".join(map(str, event["module"]))
+        named = (
+            event.get("uid", event["robot"])
+            if "robot" in event
+            else "-".join(map(str, event["module"]))
+        )
         cause = found.setdefault(
             cause_key(event),
             Cause(

@@ -1,4 +1,4 @@
-"""Where in a program's sources an event came about, added to the event.
+"""Where in a program's sources an event came about, and the robot's uid, added to the event.
 
 An event of the engine has addresses of code. In their place it gets `file` (its path), `line` and
 `function` ("" if not known), and its text begins with them. What has no debug information, as a
@@ -28,6 +28,7 @@ class EventPlaces:
         """`symbols`: a file for each group, then one for modules (Guest.symbols). They are read
         now, before this process is confined, and looked into when something happens."""
         groups = experiment.groups
+        self._uid_of = experiment.uid_of
         self._ends = list(itertools.accumulate(group.count for group in groups))
         modules = [experiment.modules] if experiment.modules is not None else []
         self._programs = [
@@ -36,8 +37,10 @@ class EventPlaces:
         ]
 
     def of_robot(self, event: Mapping[str, Any]) -> dict[str, Any]:
-        """An event of a robot's program, with its place."""
-        return self._placed(event, bisect_right(self._ends, event["robot"]))
+        """An event of a robot's program, with its place, and the uid that the robot began with."""
+        robot = event["robot"]
+        row = {"uid": self._uid_of(robot), **event}
+        return self._placed(row, bisect_right(self._ends, robot))
 
     def of_module(self, event: Mapping[str, Any]) -> dict[str, Any]:
         """The same of a module's."""

@@ -59,6 +59,9 @@ UNDEFINED = "undefined_behaviour"
 # A manifest's key of a run that was steered by hand: `first_s`, when for the first time.
 TOUCHED = "touched"
 
+# Uids of a lab's robots, by index, in a manifest; without, a robot's is its index and 1.
+UIDS = "uids"
+
 # A manifest's status.
 RUNNING = "running"
 FINISHED = "finished"

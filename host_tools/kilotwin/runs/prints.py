@@ -1,4 +1,4 @@
-"""Prints of robots, in a file each: `prints/robot-7.log` in the run folder.
+"""Prints of robots, in a file each: `prints/robot-7.log` in the run folder, by uid.
 
 Every line begins with the world's time and tick when it began. A robot may print a line in parts.
 """
@@ -53,7 +53,7 @@ class Prints:
         self._unwritten: dict[int, list[str]] = {}
 
     def add(self, robot: int, tick: int, text: str) -> None:
-        """Adds what a robot printed at a tick, to be written soon."""
+        """Adds what the robot with that uid printed at a tick, to be written soon."""
         stamp = f"[{seconds(tick):10.3f} s, tick {tick:7}] "
         lines = self._unwritten.setdefault(robot, [])
         for number, line in enumerate(_LINES.findall(text)):

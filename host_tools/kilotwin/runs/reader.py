@@ -25,6 +25,7 @@ from kilotwin.runs.folder import (
     OBJECTS,
     SENT,
     TRACKING,
+    UIDS,
 )
 from kilotwin.runs.not_a_run import not_a_run
 
@@ -117,6 +118,11 @@ class Run:
     def robots_number(self) -> int:
         """How many robots the experiment has."""
         return swarm_size(self.experiment)
+
+    def uid_of(self, robot: int) -> int:
+        """The uid with which the robot with that index began."""
+        uids = self.manifest.get(UIDS)
+        return robot + 1 if uids is None else int(uids[robot])
 
     @property
     def origin(self) -> ExperimentText:

@@ -122,7 +122,7 @@ class RunWriter:
                 continue
             self._write_event(event)
             if event["kind"] == PRINT and "robot" in event:
-                self._prints.add(event["robot"], event["tick"], event["text"])
+                self._prints.add(event.get("uid", event["robot"] + 1), event["tick"], event["text"])
         self._events.flush()
         self._prints.write()
 

@@ -71,12 +71,12 @@ class BlackBox:
         return Seen(robot, tick, steps, at_work != 0)
 
     def ran_last(self, experiment: Experiment) -> str:
-        """The robot that the engine was executing: "count robot 3 tick 17"; "" if none."""
+        """The robot that the engine was executing, by uid: "count robot 3 tick 17"; "" if none."""
         seen = self.seen()
         if not seen.at_work or seen.robot >= experiment.size:
             return ""
         program = experiment.program_of(seen.robot).name
-        return f"{program} robot {seen.robot} tick {seen.tick}"
+        return f"{program} robot {experiment.uid_of(seen.robot)} tick {seen.tick}"
 
     def out_of_memory(self, experiment: Experiment) -> str:
         """Why the kernel ended the process that took too much (files/memory_group.py), a clause."""

@@ -41,6 +41,7 @@ from kilotwin.runs.folder import (
     FAILED,
     INTERRUPTED,
     RUNNING,
+    UIDS,
     add_to_manifest,
     check_free,
     close_for_writer,
@@ -206,6 +207,7 @@ def new_manifest(
             for it, program in zip(guests, programs_of(experiment), strict=False)
         ],
         **_environment(experiment),
+        **({UIDS: list(experiment.uids)} if experiment.lab else {}),
         "python": platform.python_version(),
         "machine": _machine(),
         "started_utc": utc_now(),

@@ -97,13 +97,16 @@ class Steering:
         sample_ticks: int,
         record: Callable[[dict[str, Any]], None],
         grid: Callable[[str], None] = no_grid,
+        uid_of: Callable[[int], int] = lambda robot: robot + 1,
     ) -> None:
-        """`record` takes an event of each; `grid` takes orders for the host of a grid."""
+        """`record` takes an event of each; `grid` takes orders for the host of a grid. Orders name
+        robots by index, of which `uid_of` is the uid."""
         self.pace = Pace()
         self._simulation = simulation
         self._sample_ticks = sample_ticks
         self._record = record
         self._grid = grid
+        self._uid_of = uid_of
 
     def do(self, raw: dict[str, Any]) -> None:
         """Carries an order out now. InputError, and nothing has changed, if it cannot be."""
@@ -145,19 +148,21 @@ class Steering:
             heading = float(simulation.snapshot()["heading_rad"][0][robot])
         try:
             simulation.place(robot, order.x_m, order.y_m, heading)
-        except _emulator.EngineError as error:
-            raise InputError(str(error)) from None
-        return f"robot {robot} is put to {order.x_m:.3f}, {order.y_m:.3f}"
+        except _emulator.EngineError:
+            raise InputError(f"robot {self._uid_of(robot)} has no room there") from None
+        return f"robot {self._uid_of(robot)} is put to {order.x_m:.3f}, {order.y_m:.3f}"
 
     def _turn(self, order: Order) -> str:
         assert order.robot is not None
         assert order.heading_rad is not None
-        self._simulation.turn(self._robot(order.robot), order.heading_rad)
-        return f"robot {order.robot} is turned to {math.degrees(order.heading_rad):.0f} degrees"
+        robot = self._robot(order.robot)
+        self._simulation.turn(robot, order.heading_rad)
+        degrees = math.degrees(order.heading_rad)
+        return f"robot {self._uid_of(robot)} is turned to {degrees:.0f} degrees"
 
     def _robot(self, robot: int) -> int:
         if robot >= self._simulation.robots:
-            raise InputError(f"there is no robot {robot}")
+            raise InputError(f"there is no robot with index {robot}")
         return robot
 
     def _set_pace(self, order: Order) -> str:

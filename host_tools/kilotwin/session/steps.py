@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from kilotwin import _emulator
 from kilotwin.errors import RunError
-from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.step import Step
 from kilotwin.session.loop import NEVER, Companion
 from kilotwin.units import ticks
@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 class Steps(Companion):
     """Those still to come."""
 
-    def __init__(self, experiment: ExperimentSchema, simulation: "Simulation") -> None:
-        self._due: deque[Step] = deque(sorted(experiment.step, key=lambda step: step.at_s))
+    def __init__(self, experiment: Experiment, simulation: "Simulation") -> None:
+        steps = experiment.keys.step
+        self._due: deque[Step] = deque(sorted(steps, key=lambda step: step.at_s))
+        self._robot_of = experiment.robot_of
         self._simulation = simulation
 
     def step(self, now: int) -> None:
@@ -31,15 +33,18 @@ class Steps(Companion):
             elif step.lamp is not None and step.peak is not None:
                 simulation.set_peak(step.lamp, step.peak)
             elif step.robot is not None and step.pose is not None:
-                _place(simulation, step.robot, step.pose, step.at_s)
+                robot = self._robot_of(step.robot)
+                assert robot is not None
+                _place(simulation, robot, step)
 
     def next_due(self) -> int:
         """The tick of the next."""
         return ticks(self._due[0].at_s) if self._due else NEVER
 
 
-def _place(simulation: "Simulation", robot: int, pose: list[float], at_s: float) -> None:
+def _place(simulation: "Simulation", robot: int, step: Step) -> None:
     try:
-        simulation.place(robot, *map(float, pose))
-    except _emulator.EngineError as error:
-        raise RunError(f"a [[step]] at {at_s:g} s: {error}; put it elsewhere") from None
+        simulation.place(robot, *map(float, step.pose or ()))
+    except _emulator.EngineError:
+        what = f"robot {step.robot} has no room there; put it elsewhere"
+        raise RunError(f"a [[step]] at {step.at_s:g} s: {what}") from None

@@ -93,7 +93,7 @@ class Trial(Generic[WriterT]):
             *self._module_recorders(),
             Listener(self._world, job.listen_to, job.listen_s, report),
             *self._repetitions(),
-            Steps(self._keys, self._simulation),
+            Steps(job.experiment, self._simulation),
             *hosts,
             *environments,
             FasterCode(job.faster, self._note_faster_code),
@@ -299,7 +299,13 @@ class Trial(Generic[WriterT]):
 
         orders = [host.order for host in self._world.hosts]
         grid = next(iter(orders), no_grid)
-        return Steering(self._simulation, self._keys.sample_ticks, self._note_act, grid)
+        return Steering(
+            self._simulation,
+            self._keys.sample_ticks,
+            self._note_act,
+            grid,
+            self._job.experiment.uid_of,
+        )
 
     def _note_act(self, event: dict[str, Any]) -> None:
         """The run was steered, or its pace changed: an event, and the manifest says so at once."""

@@ -186,7 +186,7 @@ class World:
             grid = next(iter(orders), no_grid)
             self._views = [WorldView(self._experiment, simulation, grid)]
         self._companions: list[Companion] = [
-            Steps(self._experiment.keys, simulation),
+            Steps(self._experiment, simulation),
             *self._hosts,
             *self._environments,
             Each(self._note_time),
@@ -487,11 +487,11 @@ class World:
             if key in keys:
                 raise InputError(f"World: a command acts now, and once; remove '{key}'")
         if keys.get("robot") is not None:
-            keys["robot"] = self._robot(keys["robot"])
+            keys["robot"] = self._experiment.uid_of(self._robot(keys["robot"]))
         origin = _origin({"command": [{"at_s": 0, "send": send, **keys}]}, [])
-        command = one_command(origin, self.size)
+        command = one_command(origin, self._experiment.uids)
         profile = PROFILES[self._experiment.keys.swarm.profile]
-        to = uids(command, self._experiment.uid_of)
+        to = uids(command)
         self._simulation.send(message_of(command, profile), *to, region(command))
 
 

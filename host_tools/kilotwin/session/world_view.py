@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from kilotwin import _emulator
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.runs.folder import RUNNING
+from kilotwin.runs.folder import RUNNING, UIDS
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.attached import AttachedViewer, open_page
 from kilotwin.session.live import CHUNK_S, Live
@@ -34,10 +34,16 @@ class WorldView(Companion):
         self._simulation = simulation
         self._viewer = AttachedViewer(self._show, steers=True, framed=True)
         self._scratch = tempfile.TemporaryDirectory(prefix="kilotwin-world-")
-        manifest = {"status": RUNNING, "engine": {"version": _emulator.VERSION}}
+        manifest = {
+            "status": RUNNING,
+            "engine": {"version": _emulator.VERSION},
+            UIDS: list(experiment.uids) if experiment.lab else None,
+        }
         folder = Path(self._scratch.name) / experiment.keys.name.replace("/", "-")
         self._writer = RunWriter(folder, experiment, manifest)
-        steering = Steering(simulation, ticks(_SAMPLE_S), self._writer.add_event, grid)
+        steering = Steering(
+            simulation, ticks(_SAMPLE_S), self._writer.add_event, grid, experiment.uid_of
+        )
         has_grid = experiment.keys.grid is not None
         self._live = Live(self._viewer.run_end, simulation, steering, grid=has_grid)
         self._written_s, self._written_tick = -1.0, -1

@@ -72,8 +72,8 @@ class Helm:
         experiment = self._experiment
         tables = {"command": [{"at_s": 0, **keys}]}
         origin = ExperimentText("the command", Path.cwd(), tables, "", [])
-        command = one_command(origin, experiment.size)
-        first, last = uids(command, experiment.uid_of)
+        command = one_command(origin, experiment.uids)
+        first, last = uids(command)
         message = {
             "data": list(message_of(command, PROFILES[experiment.keys.swarm.profile])),
             "uid_first": first,

@@ -92,7 +92,7 @@ class ServedRun:
         if not (self._folder / f"{SENT}.arrows").exists():
             return []
         table = self._run.sent()
-        its = table.filter(pc.equal(table["uid"], robot + 1)).to_pylist()
+        its = table.filter(pc.equal(table["uid"], self._run.uid_of(robot))).to_pylist()
         return [[row[name] for name in ("time_s", "type", "value")] for row in its[-MOST_LINES:]]
 
     def module(self, column: int, row: int) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import type { Pane } from "./pane";
 import { cellRows, metricRows, moduleRows, robotRows, textOf, type Row } from "./facts";
-import type { Counters, ModuleAnswer, RobotAnswer, Scene } from "./scene";
+import { uidOf, type Counters, type ModuleAnswer, type RobotAnswer, type Scene } from "./scene";
 import type { Source } from "./source";
 
 const MOST_LINES = 200;
@@ -40,7 +40,7 @@ export class Inspector {
     this.metrics = {};
     this.element.hidden = false;
     this.element.replaceChildren(
-      element("h2", `robot ${robot + 1}`),
+      element("h2", `robot ${uidOf(pane.scene, robot)}`),
       element("dl", "", { id: "now" }),
       element("p", "its history is being read ...", { id: "history" }),
     );
@@ -94,9 +94,10 @@ export class Inspector {
   }
 
   private ofModule(answer: ModuleAnswer): HTMLElement[] {
-    const reports = answer.reports.map(([timeS, robot, cell, state]) =>
-      this.line(timeS, `robot ${robot + 1} in cell ${cell}${state ? `, ${state}` : ""}`),
-    );
+    const reports = answer.reports.map(([timeS, robot, cell, state]) => {
+      const uid = uidOf(this.pane!.scene, robot);
+      return this.line(timeS, `robot ${uid} in cell ${cell}${state ? `, ${state}` : ""}`);
+    });
     const events = answer.events.slice(-MOST_LINES).map((event) => {
       return this.line(event.time_s, textOf(event));
     });

@@ -9,7 +9,7 @@ import type { Moment } from "./live";
 import { leastRadius, Robots, type Colouring } from "./robots";
 import { beatOf, Rings, sentIn } from "./messages";
 import { placeOf, Samples, type Between, type Sample } from "./samples";
-import { boxOf, type Report, type Scene } from "./scene";
+import { boxOf, uidOf, type Report, type Scene } from "./scene";
 import type { Source } from "./source";
 
 export interface Layers {
@@ -420,9 +420,10 @@ export class Pane {
       const below = py + Math.max(this.scene.radius_m / this.pixelM, 3) + 11;
       context.lineWidth = 3;
       context.strokeStyle = "#ffffffd0";
-      context.strokeText(String(this.ids[k] + 1), px, below);
+      const uid = String(uidOf(this.scene, this.ids[k]));
+      context.strokeText(uid, px, below);
       context.fillStyle = "#000";
-      context.fillText(String(this.ids[k] + 1), px, below);
+      context.fillText(uid, px, below);
     };
     if (near) for (let k = 0; k < number && left > 0; k++) label(k);
     if (this.selected === null) return;

@@ -50,6 +50,8 @@ export interface Scene extends RunState {
   // Whether it is what a listener hears on a grid's buses.
   buses: boolean;
   robots: number;
+  // By index, of a lab's robots; null: the index and 1.
+  uids: number[] | null;
   recorded: number[] | null;
   radius_m: number;
   range_m: number;
@@ -111,4 +113,9 @@ export function boxOf(shape: Shape): [number, number, number, number] {
   const xs = shape.polygon.map((p) => p[0]);
   const ys = shape.polygon.map((p) => p[1]);
   return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+}
+
+// The uid with which a robot begins, by its index.
+export function uidOf(scene: Scene, robot: number): number {
+  return scene.uids?.[robot] ?? robot + 1;
 }

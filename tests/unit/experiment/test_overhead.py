@@ -58,7 +58,7 @@ def test_it_is_for_all_for_some_or_for_one() -> None:
     assert uids(command("run")) == (0, 65535)
     assert uids(command("run", uid_first=3)) == (3, 65535)
     assert uids(command("run", uid_last=0)) == (0, 0)
-    assert uids(command("run", robot=0)) == (1, 1)
+    assert uids(command("run", robot=1)) == (1, 1)
 
 
 def test_it_is_for_all_places_or_one() -> None:
@@ -68,7 +68,7 @@ def test_it_is_for_all_places_or_one() -> None:
 
 def test_it_is_repeated_once_a_tick() -> None:
     def ticks(**keys: object) -> list[int]:
-        return [tick for tick, *_ in timed(command("run", **keys), KILOBOT, int)]
+        return [tick for tick, *_ in timed(command("run", **keys), KILOBOT)]
 
     assert ticks() == [0]
     assert ticks(at_s=1.0) == [31]

@@ -147,10 +147,20 @@ class Simulation:
     def stats(self) -> dict[str, int | float]:
         return {
             "frames_sent": 0,
+            "frames_received": 0,
             "steps": 100,
             "island_steps": 25 * self.robots,
             "worst_overlap_fraction": 0.01,
         }
+
+    def hummed_s(self) -> "np.ndarray[Any, np.dtype[np.float64]]":
+        return np.zeros(self.robots)
+
+    def listen_to(self, robots: list[int]) -> None:
+        pass
+
+    def heard_by(self, robot: int) -> list[tuple[int, bytes, int]]:
+        return []
 
     def _at(self, taken: list[int]) -> dict[str, Any]:
         shape = (len(taken), self.robots)

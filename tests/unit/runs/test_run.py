@@ -201,7 +201,7 @@ def test_when_the_engine_dies_the_parent_closes_the_folder(
 ) -> None:
     done = kilotwin("run", "small.toml", "--out", "run", "--set", trouble("dies"), expect=1)
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("kilotwin:")]
-    assert "was ended by SIGSEGV; last to run was dies robot 0 tick 1000" in line
+    assert "was ended by SIGSEGV; last to run was dies robot 1 tick 1000" in line
     assert "Traceback" not in done.stderr
     manifest = json.loads((folder / "run/manifest.json").read_text())
     assert (manifest["status"], manifest["exit_code"]) == ("failed", 1)

@@ -78,13 +78,13 @@ def test_a_robot_that_is_placed_keeps_its_heading_and_is_in_the_events(bench: Be
     assert bench.table.told == [("place", 2, 0.25, -1, heading)]
     (event,) = bench.events
     assert (event["tick"], event["kind"], event["robot"]) == (100, STEERED, 2)
-    assert event["text"] == "robot 2 is put to 0.250, -1.000"
+    assert event["text"] == "robot 3 is put to 0.250, -1.000"
 
 
 def test_a_robot_is_turned_where_it_stands(bench: Bench) -> None:
     bench.do(do="turn", robot=3, heading_rad=np.pi / 2)
     assert bench.table.told == [("turn", 3, np.pi / 2)]
-    assert bench.events[0]["text"] == "robot 3 is turned to 90 degrees"
+    assert bench.events[0]["text"] == "robot 4 is turned to 90 degrees"
 
 
 def test_what_was_done_is_done_again_at_its_tick(bench: Bench) -> None:
@@ -122,14 +122,14 @@ def test_a_message_goes_to_those_it_is_for(bench: Bench) -> None:
 @pytest.mark.parametrize(
     ("order", "why"),
     [
-        ({"do": "place", "robot": 3, "x_m": 0, "y_m": 0}, "robot 3 has no room there"),
-        ({"do": "place", "robot": 10, "x_m": 0, "y_m": 0}, "there is no robot 10"),
+        ({"do": "place", "robot": 3, "x_m": 0, "y_m": 0}, "robot 4 has no room there"),
+        ({"do": "place", "robot": 10, "x_m": 0, "y_m": 0}, "there is no robot with index 10"),
         ({"do": "place", "robot": -1, "x_m": 0, "y_m": 0}, "robot"),
         ({"do": "place", "robot": 1, "x_m": 1e9, "y_m": 0}, "x_m"),
         ({"do": "place", "robot": 1, "x_m": float("nan"), "y_m": 0}, "x_m"),
         ({"do": "place", "robot": 1, "x_m": 0}, "place needs y_m"),
         ({"do": "turn", "robot": 1}, "turn needs heading_rad"),
-        ({"do": "turn", "robot": 10, "heading_rad": 0}, "there is no robot 10"),
+        ({"do": "turn", "robot": 10, "heading_rad": 0}, "there is no robot with index 10"),
         ({"do": "speed", "speed": 0}, "speed"),
         ({"do": "step", "ticks": 0}, "ticks"),
         ({"do": "grid", "order": "pause"}, "there is no Kilogrid"),
@@ -194,7 +194,7 @@ def test_each_order_is_answered_and_a_paused_run_still_shows_itself(bench: Bench
         assert allowed(live) == 0
         assert _head(end)["answer"] == 7
         refused = _head(end)
-        assert (refused["answer"], refused["error"]) == (8, "robot 3 has no room there")
+        assert (refused["answer"], refused["error"]) == (8, "robot 4 has no room there")
         end.sendall(_sent(do="look"))
         live.step(100)
         moment = _head(end)

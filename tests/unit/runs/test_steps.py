@@ -96,7 +96,7 @@ def test_a_lamp_is_switched_on_for_robots_that_stand_still(folder: Path) -> None
 MOVED = """
 [[step]]
 at_s = 2
-robot = 1
+robot = 2
 pose = [0.1, 0.05, 1.0]
 """
 
@@ -113,8 +113,8 @@ def test_a_robot_is_put_elsewhere_and_stays_there(folder: Path) -> None:
 
 
 def test_a_robot_without_room_ends_the_run_with_a_line(folder: Path) -> None:
-    Path("my.toml").write_text(EXPERIMENT + MOVED + MOVED.replace("robot = 1", "robot = 2"))
-    with World("my.toml") as world, pytest.raises(RunError, match=r"at 2 s: robot 2 has no room"):
+    Path("my.toml").write_text(EXPERIMENT + MOVED + MOVED.replace("robot = 2", "robot = 3"))
+    with World("my.toml") as world, pytest.raises(RunError, match=r"at 2 s: robot 3 has no room"):
         world.run(5)
 
 
@@ -144,7 +144,7 @@ def test_a_run_does_not_depend_on_how_its_caller_cuts_it_up(folder: Path) -> Non
         ("", "does nothing; give it ambient, lamp and peak, or"),
         ("lamp = 0", "'lamp' and 'peak' go together; add peak"),
         ("pose = [0, 0, 0]", "'pose' and 'robot' go together; add robot"),
-        ("robot = 10\npose = [0, 0, 0]", "there is no robot 10; the robots are 0 to 9"),
+        ("robot = 11\npose = [0, 0, 0]", "there is no robot 11; the robots are 1 to 10"),
         ("robot = 1\npose = [9, 0, 0]", "outside|not inside|arena"),
         ("lamp = 0\npeak = 3", r"there is no lamp 0; there is no \[\[light.source\]\]"),
     ],

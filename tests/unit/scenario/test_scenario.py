@@ -106,7 +106,7 @@ def test_what_is_not_met_says_what_was_seen_and_where_it_stands(verdicts: Try) -
 def test_crashes_hangs_and_silent_robots_are_named_once_per_cause(verdicts: Try) -> None:
     crash, hang, *_ = verdicts('that = "robots == 4"', crash=1, hang=0)
     assert (crash.passed, hang.passed) == (False, True)
-    assert "robot 1 (program) at" in crash.said
+    assert "robot 2 (program) at" in crash.said
     assert "crash at program.c:8 in loop(): Segmentation fault" in crash.said
     (blamed,) = crash.blamed
     assert (Path(blamed.file).name, blamed.line) == ("program.c", 8)
@@ -115,7 +115,7 @@ def test_crashes_hangs_and_silent_robots_are_named_once_per_cause(verdicts: Try)
     assert "it has been busy for 10 s without coming back" in hang.said
     assert "(and 3 more like it)" in hang.said
     *_, silent = verdicts("messages_per_robot_s = [0.5, 3]", silent=1)
-    assert silent.said == "robot 2 sent 0 messages/s (seed 1)"
+    assert silent.said == "robot 3 sent 0 messages/s (seed 1)"
 
 
 def test_a_crash_that_is_expected_is_none_to_fail_at(verdicts: Try) -> None:

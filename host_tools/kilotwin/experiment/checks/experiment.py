@@ -21,6 +21,7 @@ from kilotwin.experiment.checks.crowds import crowded
 from kilotwin.experiment.checks.grid import Problem, grid_problems, within_the_run
 from kilotwin.experiment.checks.metric import metric_problems
 from kilotwin.experiment.checks.object import object_problems, poses_in_objects
+from kilotwin.experiment.checks.robots import uids_text
 from kilotwin.experiment.checks.step import step_problems
 from kilotwin.experiment.schema.experiment import Command, Cpu, ExperimentSchema, Robots
 from kilotwin.experiment.schema.grid import Grid
@@ -45,9 +46,16 @@ def first_problem(
     return None
 
 
-def first_problem_of_command(command: Command, robots: int) -> Problem | None:
-    """The same for a [[command]] alone."""
+def first_problem_of_command(command: Command, robots: Sequence[int]) -> Problem | None:
+    """The same for a [[command]] alone, to robots with these uids."""
     return next(_command(("command", 0), command, robots), None)
+
+
+def uids_there(experiment: ExperimentSchema) -> Sequence[int]:
+    """Uids with which the robots begin; of a lab, which is not read yet, all that there may be."""
+    if experiment.swarm.lab is not None:
+        return range(0x10000)
+    return range(1, swarm_size(experiment) + 1)
 
 
 def swarm_size(experiment: ExperimentSchema) -> int:
@@ -88,9 +96,9 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     yield from _environment(experiment)
     yield from grid_problems(experiment)
     for index, command in enumerate(experiment.command or []):
-        yield from _command(("command", index), command, swarm_size(experiment))
+        yield from _command(("command", index), command, uids_there(experiment))
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
-    yield from step_problems(experiment, swarm_size(experiment))
+    yield from step_problems(experiment, uids_there(experiment))
     yield from metric_problems(experiment)
     if experiment.expect:
         from kilotwin.experiment.checks.expect import expect_problems
@@ -311,7 +319,7 @@ def _medium(experiment: ExperimentSchema) -> Iterator[Problem]:
             yield Problem(what, (("medium", key), ("medium", "kind")))
 
 
-def _command(path: KeyPath, command: Command, robots: int) -> Iterator[Problem]:
+def _command(path: KeyPath, command: Command, robots: Sequence[int]) -> Iterator[Problem]:
     yield from _own_keys(path, command)
     yield from _addressees(path, command, robots)
 
@@ -334,13 +342,13 @@ def _own_keys(path: KeyPath, command: Command) -> Iterator[Problem]:
                 yield Problem(what, (path,))
 
 
-def _addressees(path: KeyPath, command: Command, robots: int) -> Iterator[Problem]:
+def _addressees(path: KeyPath, command: Command, robots: Sequence[int]) -> Iterator[Problem]:
     for key in ("uid_first", "uid_last"):
         if command.robot is not None and getattr(command, key) is not None:
             what = f"'robot' names one robot; remove it, or '{key}'"
             yield Problem(what, ((*path, key), (*path, "robot")))
-    if command.robot is not None and command.robot >= robots:
-        what = f"there is no robot {command.robot}; the robots are 0 to {robots - 1}"
+    if command.robot is not None and command.robot not in robots:
+        what = f"there is no robot {command.robot}; {uids_text(robots)}"
         yield Problem(what, ((*path, "robot"),))
     first, last = uids(command)
     if first > last:

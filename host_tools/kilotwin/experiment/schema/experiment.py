@@ -316,9 +316,9 @@ class Command(Section):
     """Which message; `pause` and `wakeup` are the same."""
     repeat_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
     """How long it is repeated, once a tick; 0: once. `wakeup` may need 48 s: docs/limits.md."""
-    robot: Annotated[int, Field(ge=0, le=65534)] | None = None
-    """Only to the robot of this index. Its uid is index + 1, unless CALIB or `swarm.lab` changed
-    it."""
+    robot: Uid | None = None
+    """Only to the robot with this uid: 1 for the first robot and so on, unless CALIB or `swarm.lab`
+    changed it."""
     uid_first: Uid | None = None
     """Only to robots from this uid on; 0 if left out."""
     uid_last: Uid | None = None

@@ -212,7 +212,7 @@ def commands(experiment: Experiment, *, waits: bool = False) -> list[TimedMessag
     if keys.command is None:
         return [*configs, (0, *ALL_ROBOTS, RUN, None)]
     profile = PROFILES[keys.swarm.profile]
-    orders = [timed(command, profile, experiment.uid_of) for command in keys.command]
+    orders = [timed(command, profile) for command in keys.command]
     return [*configs, *itertools.chain.from_iterable(orders)]
 
 

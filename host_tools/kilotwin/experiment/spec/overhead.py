@@ -1,6 +1,6 @@
 """The overhead controller's messages: what each is on the wire, and which keys go with it."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal, get_args
 
 from kilotwin.experiment.schema.experiment import Command, Sent
@@ -101,13 +101,10 @@ def calib_gains(uid: int, entry: int, low_gain: int, high_gain: int) -> bytes:
     return message(data, _TYPES["calib"])
 
 
-def uids(
-    command: Command, uid_of: Callable[[int], int] = lambda index: index + 1
-) -> tuple[int, int]:
-    """The first and the last uid that a command is for; `uid_of` a robot's index."""
+def uids(command: Command) -> tuple[int, int]:
+    """The first and the last uid that a command is for."""
     if command.robot is not None:
-        uid = uid_of(command.robot)
-        return uid, uid
+        return command.robot, command.robot
     first, last = ALL_ROBOTS
     return (
         first if command.uid_first is None else command.uid_first,
@@ -123,11 +120,9 @@ def region(command: Command) -> Region | None:
     return float(x), float(y), float(command.within_m)
 
 
-def timed(
-    command: Command, profile: Profile, uid_of: Callable[[int], int]
-) -> Iterator[TimedMessage]:
+def timed(command: Command, profile: Profile) -> Iterator[TimedMessage]:
     """The message as often as it is sent: one a tick for as long as it is repeated."""
     begin = ticks(command.at_s)
     bytes_, where = message_of(command, profile), region(command)
     for tick in range(begin, begin + max(1, ticks(command.repeat_s))):
-        yield (tick, *uids(command, uid_of), bytes_, where)
+        yield (tick, *uids(command), bytes_, where)

@@ -157,7 +157,7 @@ def _write(run: Run, robots: MovingRobots, log: _Log) -> None:
         more = {
             "level": _ERROR if event.get("kind") in FAILURES else _INFO,
             "message": str(event.get("text", event.get("kind", ""))),
-            "name": "" if robot is None else f"robot {robot + 1}",
+            "name": "" if robot is None else f"robot {run.uid_of(robot)}",
             "file": str(event.get("kind", "")),
             "line": 0,
         }

@@ -168,7 +168,7 @@ class Looks:
 def _failure(event: "Event | dict[str, Any]") -> Failure:
     row = dict(event)
     return Failure(
-        f"robot {row['robot']} ({row.get('program', '')}) at {seconds(row['tick']):.1f} s",
+        f"robot {row['uid']} ({row.get('program', '')}) at {seconds(row['tick']):.1f} s",
         said(row),
         row.get("file", ""),
         row.get("line", 0),

@@ -57,6 +57,8 @@ class Ran:
     trouble: str = ""
     timed_out: bool = False
     result_hash: str = ""
+    uids: tuple[int, ...] = ()
+    """Of a lab's robots, by index; else a robot's is its index and 1."""
     marks: Sequence[Marks] = ()
     """The marks of each group's program, where that is asked for."""
 
@@ -196,5 +198,6 @@ def _understood(task: Task, told: dict[str, Any]) -> Ran:
         tuple(map(Failure.understood, told["undefined"])),
         tuple(map(float, told["rates"])),
         result_hash=str(told["result_hash"]),
+        uids=tuple(task.experiment.uids) if task.experiment.lab else (),
         marks=understood(told["marks"]),
     )
