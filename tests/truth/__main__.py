@@ -72,7 +72,10 @@ def run_and_compare(
     folder = RUNS / name
     run = " ".join(["kilotwin run", path, *settings, f"--out {folder}"])
     compare = f"python -m tests.truth.against {reference} {folder} --json"
-    read = {"kilogrid-walk": walk, "kilogrid-uplink": uplink, "real": real}[reference]
+    read = {
+        **{"kilogrid-walk": walk, "kilogrid-uplink": uplink},
+        **{"spacing": spacing, "real": real},
+    }[reference]
     return Comparison(
         name, against, (run, compare), bound, lambda text: read(json.loads(text.splitlines()[-1]))
     )
@@ -87,6 +90,11 @@ def walk(found: Any) -> Found:
 
 def uplink(found: Any) -> Found:
     figure = f"{found['rate']:.3f} records a robot and s, doubles {found['doubles']:.3f}"
+    return Found(figure, found["within_bounds"])
+
+
+def spacing(found: Any) -> Found:
+    figure = f"share received off by {found['worst']:+.3f} at worst"
     return Found(figure, found["within_bounds"])
 
 
@@ -123,6 +131,20 @@ COMPARISONS = (
         "experiments/kilogrid/uplink-100.toml",
         "kilogrid-uplink",
         "as `python -m tests.truth.against kilogrid-uplink` says",
+    ),
+    run_and_compare(
+        "spacing",
+        "25 real robots, 5 cm apart, all sending",
+        "experiments/calibration/spacing-25.toml",
+        "spacing",
+        "0.05 at each distance below the range",
+    ),
+    run_and_compare(
+        "spacing-collisions",
+        "25 real robots, 5 cm apart, all sending",
+        "experiments/calibration/spacing-25.toml --set medium.loss=0 --set medium.loss_at_range=0",
+        "spacing",
+        "0.05 at each distance below the range",
     ),
     run_and_compare(
         "collective-perception-native",
