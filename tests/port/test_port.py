@@ -215,6 +215,20 @@ def test_callbacks_are_seen_through_casts_addresses_and_lines() -> None:
     assert roles.loop == {"loop"}
 
 
+@pytest.mark.parametrize(
+    ("program", "check", "other"),
+    [
+        ("shared_count_is_read_in_pieces", "torn-access", "on_message() in line 9 writes it"),
+        ("message_is_filled_in_on_air", "message-race", "may take it in line "),
+    ],
+)
+def test_a_race_is_told_with_both_its_lines(program: str, check: str, other: str) -> None:
+    (path,) = [path for path in BAD if path.stem == program]
+    (finding,) = [found for found in checked(str(path)).findings if found.check == check]
+    assert finding.place is not None
+    assert other in finding.what
+
+
 def test_a_disassembly_is_read_with_calls_places_and_variables() -> None:
     text = (
         "000000e6 <loop>:\n"

@@ -191,7 +191,7 @@ def test_robots_that_crash_are_listed_and_the_folder_is_whole(
         (0, "crashes", 0),
         (1, "crashes", 0),
     ]
-    assert "crash: SIGSEGV: robots 0 and 1 (crashes), from tick 0" in done.stderr
+    assert "crash: SIGSEGV: robots 1 and 2 (crashes), from tick 0" in done.stderr
     assert status(folder / "run") == "finished"
     assert len(Run.open(folder / "run").events()) == 2
 

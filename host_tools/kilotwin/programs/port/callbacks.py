@@ -58,7 +58,7 @@ def messages(program: Disassembly, roles: Roles, lines: Sequence[Line]) -> Itera
     declared = {name for line in lines for name in _MESSAGE.findall(line.text)}
     in_callback = _places(program, sends)
     handed_out = {
-        name
+        name: line.place.line
         for name in declared
         for line in lines
         if line.place in in_callback and re.search(rf"&\s*{name}\b", line.text)
@@ -68,14 +68,14 @@ def messages(program: Disassembly, roles: Roles, lines: Sequence[Line]) -> Itera
             continue
         open_ = _places(program, {name}, but_uninterrupted=True)
         for line in lines:
-            filled = set(_FILLED.findall(line.text)) & handed_out
+            filled = set(_FILLED.findall(line.text)) & handed_out.keys()
             if line.place in open_ and filled:
                 message = min(filled)
                 yield Finding(
                     "message-race",
                     Weight.WARNS,
-                    f"{message} is filled in here while the transmit interrupt may take it: robots "
-                    "drop a message that is half old and half new",
+                    f"{message} is filled in here while the transmit interrupt may take it in line "
+                    f"{handed_out[message]}: robots drop a message that is half old and half new",
                     f"fill in another message_t and copy it to {message} between cli() and sei(), "
                     "or have the callback return 0 meanwhile",
                     line.place,

@@ -120,7 +120,7 @@ def torn(program: Disassembly, roles: Roles) -> Iterator[Finding]:
     inside = program.reached_from(roles.in_interrupts)
     outside = program.reached_from(roles.in_main) - inside
     written_inside = _accesses(program, inside, "sts")
-    touched_inside = written_inside | _accesses(program, inside, "lds")
+    touched_inside = {**_accesses(program, inside, "lds"), **written_inside}
     for name in sorted(outside):
         function = program.functions[name]
         for variable, group in _groups(program, function):
@@ -133,7 +133,7 @@ def torn(program: Disassembly, roles: Roles) -> Iterator[Finding]:
             else:
                 changes = variable.address in (written_inside if reads else touched_inside)
                 bad = changes and not (reads and _compared(function, group))
-                changed_by = "a callback"
+                changed_by = _where(touched_inside.get(variable.address))
             if bad:
                 yield _torn(variable, group[-1], reads, changed_by)
 
@@ -154,16 +154,25 @@ def _torn(variable: Variable, at: Instruction, reads: bool, changed_by: str) -> 
     )
 
 
-def _accesses(program: Disassembly, names: set[str], how: str) -> set[int]:
-    """Addresses of variables that these functions read (lds) or write (sts)."""
-    found = set()
-    for name in names:
+_Access = tuple[str, Place | None]  # the function, and the line
+
+
+def _accesses(program: Disassembly, names: set[str], how: str) -> dict[int, _Access]:
+    """By address, variables that these functions read (lds) or write (sts), and where first."""
+    found: dict[int, _Access] = {}
+    for name in sorted(names):
         for instruction in program.functions[name].instructions:
             if instruction.name == how and instruction.data_address is not None:
                 variable = program.variable_at(instruction.data_address)
                 if variable is not None:
-                    found.add(variable.address)
+                    found.setdefault(variable.address, (name, instruction.place))
     return found
+
+
+def _where(access: _Access | None) -> str:
+    if access is None or access[1] is None:
+        return "a callback"
+    return f"{access[0]}() in line {access[1].line}"
 
 
 def _groups(
