@@ -38,6 +38,7 @@ nb::dict to_python(Samples samples, size_t robots, size_t objects) {
     if (!samples.sent.empty()) {
         out["sent"] = array_of(std::move(samples.sent), robots);
         out["received"] = array_of(std::move(samples.received), robots);
+        out["delivered"] = array_of(std::move(samples.delivered), robots);
     }
     out["object_x_m"] = array_of(std::move(samples.object_x_m), objects);
     out["object_y_m"] = array_of(std::move(samples.object_y_m), objects);
@@ -65,6 +66,7 @@ nb::dict to_python(const Statistics &statistics, double diameter_m) {
     out["steps"] = statistics.steps;
     out["frames_sent"] = statistics.medium.sent;
     out["frames_received"] = statistics.medium.received;
+    if (statistics.delivered) out["frames_delivered"] = *statistics.delivered;
     out["frames_spoilt"] = statistics.medium.wrong_crc;
     out["attempts_failed"] = statistics.medium.attempts_failed;
     out["frames_collided"] = statistics.medium.collided;

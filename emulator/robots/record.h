@@ -153,6 +153,7 @@ struct RobotRecord : GuestTime {
     Cycles driven = 0;                              ///< with a motor on, up to driving_since
     Cycles driving_since = NEVER;
     uint32_t rand_hard_draws = 0;  ///< so far
+    uint32_t delivered = 0;        ///< messages that its program has got
     uint8_t left = 0, right = 0;   ///< duties
     uint8_t color = 0;             ///< of the LED, as the program set it
     uint32_t decisions = 0;        ///< times that LED or motors changed, a tick apart at least

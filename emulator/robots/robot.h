@@ -181,6 +181,13 @@ class alignas(64) Robot {
     const Calibration &calibration() const { return record_.calibration; }
     const Driver &driver() const { return *record_.driver; }
 
+    /// Messages that its program has got so far, of those received; NOT_KNOWN of one on a board.
+    static constexpr uint32_t NOT_KNOWN = UINT32_MAX;
+    uint32_t delivered() const {
+        const Tier tier = driver().tier();
+        return tier == Tier::CHIP || tier == Tier::INTERPRETED ? NOT_KNOWN : record_.delivered;
+    }
+
     /// Copy of its program's variables; empty for a robot on a board.
     std::vector<uint8_t> variables() const { return driver().variables(record_); }
 

@@ -15,9 +15,10 @@ void Samples::add_motors(uint8_t left, uint8_t right) {
     right_duty.push_back(right);
 }
 
-void Samples::add_messages(const FrameCounts &counts) {
+void Samples::add_messages(const FrameCounts &counts, uint32_t taken) {
     sent.push_back(counts.sent);
     received.push_back(counts.received);
+    delivered.push_back(taken);
 }
 
 void Samples::add_object(const Pose &pose) {

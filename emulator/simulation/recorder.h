@@ -22,9 +22,9 @@ struct Samples {
     std::vector<uint8_t> led;                  ///< RGB()
     std::vector<uint8_t> site;                 ///< under the centre, 0 none
     // Empty where they were not asked for (SampleExtras).
-    std::vector<uint8_t> left_duty, right_duty;  ///< as the motors are driven, 0..255
-    std::vector<uint16_t> battery;               ///< reading, 0..1023
-    std::vector<uint32_t> sent, received;        ///< messages since the begin
+    std::vector<uint8_t> left_duty, right_duty;       ///< as the motors are driven, 0..255
+    std::vector<uint16_t> battery;                    ///< reading, 0..1023
+    std::vector<uint32_t> sent, received, delivered;  ///< messages since the begin
     std::vector<float> object_x_m, object_y_m, object_heading_rad;  ///< poses of their own frames
 
     /// Appends a robot to the sample begun last; `tick` is the caller's.
@@ -32,7 +32,7 @@ struct Samples {
     /// Append what SampleExtras asks for of that robot, each if so.
     void add_motors(uint8_t left, uint8_t right);
     void add_battery(int16_t reading) { battery.push_back(static_cast<uint16_t>(reading)); }
-    void add_messages(const FrameCounts &counts);
+    void add_messages(const FrameCounts &counts, uint32_t taken);
     /// The same for an object.
     void add_object(const Pose &pose);
 };

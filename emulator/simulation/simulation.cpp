@@ -211,8 +211,16 @@ Grid &Simulation::grid() {
 const Grid &Simulation::grid() const { return const_cast<Simulation *>(this)->grid(); }
 
 Statistics Simulation::statistics() const {
+    std::optional<uint64_t> delivered = 0;
+    for (const Robot &robot : robots_) {
+        if (robot.delivered() == Robot::NOT_KNOWN)
+            delivered.reset();
+        else if (delivered)
+            *delivered += robot.delivered();
+    }
     return {steps_,
             channel_->counts(),
+            delivered,
             bodies_->solver_steps(),
             bodies_->island_steps(),
             bodies_->list_rebuilds(),
@@ -246,8 +254,10 @@ void Simulation::add_extras(Samples &samples, const SampleExtras &extras) const 
             samples.add_motors(robot.left_duty(), robot.right_duty());
     if (extras.battery)
         for (const Robot &robot : robots_) samples.add_battery(robot.voltage(now_));
-    if (extras.messages)
-        for (const FrameCounts &counts : channel_->frames()) samples.add_messages(counts);
+    if (!extras.messages) return;
+    const auto frames = channel_->frames();
+    for (size_t i = 0; i < robots_.size(); i++)
+        samples.add_messages(frames[i], robots_[i].delivered());
 }
 
 void Simulation::listen_to(std::vector<uint32_t> robots) {

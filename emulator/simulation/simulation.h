@@ -99,12 +99,13 @@ struct SimulationDef {
 
 /// Numbers that a run adds up, from the begin on.
 struct Statistics {
-    uint64_t steps = 0;          ///< world steps
-    ChannelCounts medium;        ///< frames
-    uint64_t solver_steps = 0;   ///< bodies near a contact, times steps
-    uint64_t island_steps = 0;   ///< of these, bodies that the contact solver moved
-    uint64_t list_rebuilds = 0;  ///< neighbour lists made anew
-    Overlaps overlaps;           ///< of robots in contact
+    uint64_t steps = 0;                 ///< world steps
+    ChannelCounts medium;               ///< frames
+    std::optional<uint64_t> delivered;  ///< that programs got; not known of boards
+    uint64_t solver_steps = 0;          ///< bodies near a contact, times steps
+    uint64_t island_steps = 0;          ///< of these, bodies that the contact solver moved
+    uint64_t list_rebuilds = 0;         ///< neighbour lists made anew
+    Overlaps overlaps;                  ///< of robots in contact
 };
 
 class Simulation {

@@ -67,6 +67,7 @@ class Samples(TypedDict):
     battery: NotRequired[NDArray[np.uint16]]
     sent: NotRequired[NDArray[np.uint32]]
     received: NotRequired[NDArray[np.uint32]]
+    delivered: NotRequired[NDArray[np.uint32]]  # 2**32 - 1 for chips
 
 class Event(TypedDict):
     """Something that happened to a robot."""

@@ -39,6 +39,7 @@ def samples(ticks: Iterable[int], *, extras: bool = False) -> "Samples":
         made["battery"] = draw.integers(580, 721, shape).astype(np.uint16)
         made["sent"] = np.cumsum(draw.integers(0, 40, shape), axis=0, dtype=np.uint32)
         made["received"] = np.cumsum(draw.integers(0, 400, shape), axis=0, dtype=np.uint32)
+        made["delivered"] = made["received"] - draw.integers(0, 2, shape).astype(np.uint32)
     return made
 
 

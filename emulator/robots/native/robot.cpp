@@ -287,6 +287,7 @@ void NativeRobot::take_message() {
             robot_answer_hear(&written().heard, &reception.message, &reception.distance);
         return obey(command);
     }
+    robot_.delivered++;
     if (robot_.context->listening != nullptr) [[unlikely]]
         write_down(reception);
     const auto &table = program_->table();

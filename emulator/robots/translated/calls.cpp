@@ -23,18 +23,19 @@ constexpr uint32_t LEADER_BEGIN_CYCLES = 150, LEADER_END_CYCLES = 190;
 constexpr uint32_t BYTE_BEGIN_CYCLES = 106, BYTE_END_CYCLES = 164;
 constexpr uint32_t BIT_CYCLES = 154, BIT_PLACE_CYCLES = 5, LAST_CYCLES = SLOT_CYCLES;
 constexpr uint64_t RECEIVE_CYCLES = 172, RECEIVE_END_CYCLES = 37;
-constexpr uint64_t SENSE_LIGHT_CYCLES = 9, BEGAN_CALL_CYCLES = 8;
+constexpr uint64_t SENSE_LIGHT_CYCLES = 9, SENSE_LOOK_CYCLES = 4, BEGAN_CALL_CYCLES = 8;
 constexpr uint64_t CONVERT_CYCLES = 177, CONVERT_SLOWLY_CYCLES = 3422;
+constexpr uint64_t ORIGINAL_CONVERT_CYCLES = 134, ORIGINAL_CONVERT_SLOWLY_CYCLES = 1698;
 constexpr uint64_t SEND_CALL_CYCLES = 33, DISTANCE_CYCLES = 300;
+// The original's message_crc(), within the comparator's interrupt, takes so much longer; and its
+// estimate_distance().
+constexpr uint64_t ORIGINAL_CRC_CYCLES = 40, ORIGINAL_DISTANCE_CYCLES = 3226;
 
 // Registers that the comparator's interrupt saves, with the status register and r0, r1.
 constexpr uint8_t SAVED[] = {0, 1, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 30, 31};
 
 // A program may stay away from its main loop for so many before that is told.
 constexpr uint16_t MOST_TICKS_AWAY = BusyWatch::WARN_AFTER / TICK_CYCLES;
-
-// An edge waits for its interrupt; the next one, a slot later, takes its place.
-constexpr uint64_t WAITS_FOR_EDGE = SLOT_CYCLES;
 
 /// Of the ones in a byte, by its value.
 struct CyclesOfBits {
@@ -111,13 +112,13 @@ bool TranslatedRobot::serve_interrupt() {
             begin_interrupt(Interrupt::TICK);
         return true;
     }
+    if (edge_at_ <= cycle()) {
+        serve_edge();
+        return true;
+    }
     if (message_is_due()) {
         image_.asleep_until = 0;
         take_message();
-        return true;
-    }
-    if (edge_at_ <= cycle()) {
-        serve_edge();
         return true;
     }
     if (serial_asks_at() > cycle()) return false;
@@ -192,7 +193,6 @@ void TranslatedRobot::end_interrupt() {
     const uint64_t took = cycle() - image_.interrupted;
     if (image_.interrupt == Interrupt::TICK && image_.is_timed)
         program_.tick_cycles = static_cast<uint32_t>(took);
-    if (image_.interrupt != Interrupt::NONE && took > WAITS_FOR_EDGE) image_.deaf_until = cycle();
     image_.interrupt = Interrupt::NONE;
     image_.is_timed = image_.granted = false;
 }
@@ -203,12 +203,10 @@ void TranslatedRobot::take_message() {
     const Reception reception = robot_.inbox[robot_.inbox_next++];
     robot_.inbox_changed();
     find_message();
-    const uint64_t ended = clock_.own_cycle(reception.at);
-    const uint64_t frame = robot_.context->frame;
-    const bool late = cycle() > ended + WAITS_FOR_EDGE,
-               deaf = ended - std::min(ended, frame) < image_.deaf_until;
-    const bool is_beside = forget_beside(reception.at);
-    if (!hears_light() || (frame > 0 && !is_beside && (late || deaf))) return;
+    const bool is_light = !forget_beside(reception.at) && robot_.context->frame > 0;
+    const std::optional<int16_t> high_gain =
+        is_light ? take_flaw(clock_.own_cycle(reception.at - robot_.context->frame)) : std::nullopt;
+    if (!hears_light() || high_gain == FlawedFrame::LOST) return;
     message_t message = reception.message;
     begin_interrupt(Interrupt::MESSAGE);
     TranslatedStack stack(data);
@@ -216,11 +214,13 @@ void TranslatedRobot::take_message() {
     stack.push(status());
     at(1) = 0;
     distance_measurement_t measured = reception.distance;
+    if (high_gain) measured.high_gain = *high_gain;
     // Where the original's get_voltage() has left the converter (core/traits.h).
     if ((at(ADMUX) & ADMUX_MUX) == SENSOR_BATTERY)
         measured.high_gain = robot_.voltage(reception.at);
     at(ADMUX) = 0;
     const bool is_command = message_is_command(&message);
+    robot_.delivered += is_command ? 0 : 1;
     if (is_command && robot_answer_is_heard(&message))
         robot_answer_hear(reinterpret_cast<robot_heard_t *>(data + seam_.heard), &message,
                           &measured);
@@ -235,7 +235,7 @@ void TranslatedRobot::take_message() {
     set_word(24, seam_.message);
     set_word(22, seam_.distance);
     pc = is_command ? seam_.obey : word(seam_.message_rx) * 2u;
-    left -= RECEIVE_CYCLES;
+    left -= RECEIVE_CYCLES + (seam_.original != 0 ? ORIGINAL_CRC_CYCLES : 0);
 }
 
 /// Whether the message that comes at that time is one beside the medium.
@@ -289,8 +289,13 @@ uint64_t TranslatedRobot::next_of_frame() const {
                                     : TranslatedImage::NO_TIME;
 }
 
-void TranslatedRobot::take_edge() {
-    edge_light_->slot++;
+/// What the runtime's reader tells of a frame is whether it is in its leader. Nobody reads the rest
+/// of it.
+void TranslatedRobot::take_edge(uint16_t delay) {
+    const unsigned slot = edge_light_->slot++;
+    if (slot % BYTE_SLOTS == 0) edge_light_->start_delay = delay;
+    if (slot == 0 || slot == STOP_SLOT) measures() = slot == 0 && hears_light();
+    rare_->last_edge = edge_at_;
     find_edge();
 }
 
@@ -322,6 +327,7 @@ bool TranslatedRobot::take_frame_at_rest(uint64_t &now, uint64_t end) {
     if (std::max(now + cycles, last_at) + image_.pass_cycles > end) return false;
     now += hears_light() ? cycles : 0;
     edge_light_->slot = static_cast<uint16_t>(last);
+    edge_light_->start_delay = 0;
     find_edge();
     return true;
 }
@@ -329,22 +335,29 @@ bool TranslatedRobot::take_frame_at_rest(uint64_t &now, uint64_t end) {
 /// To the begin of the next one.
 void TranslatedRobot::take_byte() {
     edge_light_->slot = static_cast<uint16_t>(edge_light_->slot + BYTE_SLOTS);
+    edge_light_->start_delay = 0;
     find_edge();
 }
 
 /// The comparator's interrupt. An edge that comes while one of the same frame waits takes its
 /// place; frames that overlap take their time as if each were alone.
 void TranslatedRobot::serve_edge() {
+    constexpr uint16_t CLI = 0x94F8;
     const uint64_t now = cycle();
+    uint64_t next = TranslatedImage::NO_TIME;
     uint32_t cycles = 0;
     while (edge_at_ <= now) {
         cycles += next_of_frame() <= now ? 0 : edge_cycles_;
-        take_edge();
+        next = next_of_frame();
+        if (hears_light()) note_flaw(now);
+        take_edge(delay_of_start(now));
     }
     if (!hears_light()) return;
     image_.asleep_until = 0;
     disturb_passes();
     left -= cycles;
+    // The chip executes one more before the next interrupt, which may have to wait for long.
+    if (next <= cycle() && flash_word(flash, pc) == CLI) execute_one();
 }
 
 /// The callback is over: what the interrupt saved goes back.
@@ -390,7 +403,10 @@ void TranslatedRobot::call(unsigned number) {
     changed = CHANGED;
     const bool asks =
         number == CALL_SEND || (number == CALL_RECEIVING && image_.interrupt == Interrupt::TICK);
-    is_early_ = number != CALL_DISTANCE && !(asks ? is_asked_in_time() : cycle() < until_);
+    // Light may come up to where it looks.
+    const bool looks = number == CALL_CONVERT || number == CALL_RECEIVING;
+    const uint64_t from = cycle() + (looks ? LOOK_CYCLES : 0);
+    is_early_ = number != CALL_DISTANCE && !(asks ? is_asked_in_time() : from < until_);
     if (is_early_) return;
     switch (number) {
     case CALL_SEND: return send();
@@ -434,7 +450,7 @@ void TranslatedRobot::sense() {
         wait_for_answer(CALL_RECEIVING, RobotRecord::Question::MAY_ASK);
         return;
     }
-    robot_.now = world_time();
+    robot_.now = clock_.world_time(cycle() + SENSE_LOOK_CYCLES);
     const bool sees_light = robot_.disturbed();
     come_back(sees_light, sees_light ? SENSE_LIGHT_CYCLES : SENSE_CALL_CYCLES);
 }
@@ -454,13 +470,14 @@ void TranslatedRobot::send() {
 void TranslatedRobot::put_on_air(const message_t &message) {
     robot_.emit(message);
     until_ = clock_.own_cycle(robot_.until);
-    sent();
+    end_sending(true, robot_.context->frame);
 }
 
-/// The program is busy with the frame.
-void TranslatedRobot::sent() {
-    image_.sends_until = clock_.own_cycle(asked_at() + robot_.context->frame);
-    come_back(1, robot_.context->frame + SEND_CALL_CYCLES);
+/// The runtime drops the edge that its own frame has made, or one that has come meanwhile.
+void TranslatedRobot::end_sending(bool is_sent, uint64_t cycles) {
+    if (is_sent) image_.sends_until = clock_.own_cycle(asked_at() + robot_.context->frame);
+    come_back(is_sent, cycles + SEND_CALL_CYCLES);
+    image_.forgotten = cycle();
 }
 
 /// The channel has answered the question that the last run ended with.
@@ -470,10 +487,8 @@ void TranslatedRobot::take_answer() {
     image_.waits_for = 0;
     if (number == CALL_RECEIVING)
         come_back(!yes, yes ? SENSE_CALL_CYCLES : SENSE_LIGHT_CYCLES);
-    else if (yes)
-        sent();
     else
-        come_back(0, SENSE_CYCLES + SEND_CALL_CYCLES);
+        end_sending(yes, yes ? robot_.context->frame : SENSE_CYCLES);
 }
 
 /// kilolib_infrared_frame_began(): since the last call.
@@ -494,20 +509,28 @@ void TranslatedRobot::convert() {
     const uint8_t channel = at(24);
     robot_.now = world_time();
     int reading = reading_of(robot_, channel, robot_.now);
-    // The thermometer is read twice, the first time to let it settle.
-    robot_.rand_hard_draws += channel == SENSOR_TEMPERATURE ? 2 : 1;
+    const bool is_original = seam_.original != 0, is_slow = channel == SENSOR_TEMPERATURE;
+    // We read the thermometer twice, the first time to let it settle.
+    robot_.rand_hard_draws += is_slow && !is_original ? 2 : 1;
     const uint64_t bits = robot_.context->chance.bits(robot_.index, Purpose::CONVERTER_NOISE,
                                                       robot_.rand_hard_draws - 1);
     reading += static_cast<int>(bits & 1) - static_cast<int>(bits >> 1 & 1);
-    const uint64_t cycles = channel == SENSOR_TEMPERATURE ? CONVERT_SLOWLY_CYCLES : CONVERT_CYCLES;
-    come_back(static_cast<uint16_t>(std::clamp(reading, 0, MOST)), cycles);
+    reading = std::clamp(reading, 0, MOST);
+    const uint64_t ours =
+        (is_slow ? CONVERT_SLOWLY_CYCLES : CONVERT_CYCLES) + cycles_of_triggered();
+    const uint64_t originals = is_slow ? ORIGINAL_CONVERT_SLOWLY_CYCLES : ORIGINAL_CONVERT_CYCLES;
+    if (is_original) at(ADMUX) = 0;
+    come_back(static_cast<uint16_t>(reading), is_original ? originals : ours);
+    image_.converted = cycle();
+    image_.conversion = static_cast<int16_t>(reading);
 }
 
 /// estimate_distance(measured), with a medium that tells millimetres.
 void TranslatedRobot::distance() {
     const uint16_t address = std::min<uint16_t>(word(24), SRAM_END - 4);
     const auto high_gain = static_cast<int16_t>(word(static_cast<uint16_t>(address + 2)));
-    come_back(static_cast<uint16_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX)), DISTANCE_CYCLES);
+    come_back(static_cast<uint16_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX)),
+              seam_.original != 0 ? ORIGINAL_DISTANCE_CYCLES : DISTANCE_CYCLES);
 }
 
 }  // namespace kilotwin

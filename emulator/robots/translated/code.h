@@ -29,7 +29,7 @@
 #include "robots/translated/passes/pass.h"
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 8
+#define TRANSLATION_VERSION 9
 
 /// State of a chip, for the time of a call.
 typedef struct translated_chip {
@@ -45,6 +45,7 @@ typedef struct translated_chip {
                              ///< let through; they may be held back and let through on the way
     uint8_t calls;           ///< of a guest: which functions are the engine's, bits by CALL_
     uint8_t passed;          ///< of a guest: set by passes of the main loop, and within delay()
+    int64_t held;            ///< of a guest: `left` when interrupts were last held back
 
     // Of a guest: passes of loops.
     uint8_t repeats;          ///< `left` counts to an interrupt, not to the end of a run
@@ -106,6 +107,7 @@ typedef struct {
     uint16_t message, distance;    ///< of the receiver, for the program's callback
     uint16_t message_rx;           ///< kilo_message_rx
     uint8_t names_period;          ///< the program has to do with kilo_tx_period itself
+    uint8_t original;              ///< its runtime has the traits of the published one
     const char *handlers;          ///< names of the program's own interrupt handlers: "A, B"
 } translated_seam_t;
 
@@ -482,25 +484,39 @@ enum {
 #else
 #define AWAITS 0
 #endif
+/// Interrupts are held back, and let through.
+#ifdef TRANSLATED_GUEST
+#define HOLD(offset) (chip->held = left - (offset), inf = 0)
+#define LET(offset)                                                              \
+    do {                                                                         \
+        if (!inf && chip->held - (left - (offset)) > MOST_HELD) changed |= HELD; \
+        inf = 1;                                                                 \
+    } while (0)
+#else
+#define HOLD(offset) (inf = 0)
+#define LET(offset) (inf = 1)
+#endif
 /// A new stack pointer counts from the next instruction on, half by half as the program writes it.
 /// Letting interrupts through is the interpreter's, since the next instruction is still before
 /// them.
-#define OUT(at, offset, address, r)                                                             \
-    do {                                                                                        \
-        const uint8_t o_ = (r);                                                                 \
-        FOR_WRITE(at, offset, address, o_);                                                     \
-        if ((address) == 0x5D) {                                                                \
-            sp = (uint16_t)((sp & 0xFF00) | o_);                                                \
-        } else if ((address) == 0x5E) {                                                         \
-            sp = (uint16_t)((sp & 0xFF) | o_ << 8);                                             \
-        } else if ((address) == 0x5F) {                                                         \
-            if (o_ >> 7 > inf && !AWAITS) HAND_OVER(at, offset);                                \
-            M[0x5F] = o_;                                                                       \
-            cf = o_ & 1u, zr = ~o_ & 2, nr = (uint8_t)(o_ << 5), vr = (uint8_t)(o_ << 4);       \
-            sr = (uint8_t)(o_ << 3), hr = (uint8_t)(o_ >> 1), tf = o_ >> 6 & 1u, inf = o_ >> 7; \
-        } else {                                                                                \
-            WRITE_REGISTER(offset, address, o_);                                                \
-        }                                                                                       \
+#define OUT(at, offset, address, r)                                                       \
+    do {                                                                                  \
+        const uint8_t o_ = (r);                                                           \
+        FOR_WRITE(at, offset, address, o_);                                               \
+        if ((address) == 0x5D) {                                                          \
+            sp = (uint16_t)((sp & 0xFF00) | o_);                                          \
+        } else if ((address) == 0x5E) {                                                   \
+            sp = (uint16_t)((sp & 0xFF) | o_ << 8);                                       \
+        } else if ((address) == 0x5F) {                                                   \
+            if (o_ >> 7 > inf && !AWAITS) HAND_OVER(at, offset);                          \
+            M[0x5F] = o_;                                                                 \
+            cf = o_ & 1u, zr = ~o_ & 2, nr = (uint8_t)(o_ << 5), vr = (uint8_t)(o_ << 4); \
+            sr = (uint8_t)(o_ << 3), hr = (uint8_t)(o_ >> 1), tf = o_ >> 6 & 1u;          \
+            if (o_ >> 7 > inf) LET(offset);                                               \
+            if (o_ >> 7 < inf) HOLD(offset);                                              \
+        } else {                                                                          \
+            WRITE_REGISTER(offset, address, o_);                                          \
+        }                                                                                 \
     } while (0)
 /// The stack grows downwards; its pointer is to the next free byte.
 #define PUSH(at, offset, r)                                           \

@@ -43,10 +43,12 @@ struct TranslatedImage {
     uint64_t flagged;      ///< the one that waits for its interrupt; or NO_TIME
     uint64_t timer_zero;   ///< a moment at which it counted from 255 to 0
     uint64_t interrupted;  ///< begin of the interrupt that is served
-    uint64_t deaf_until;   ///< end of the last time without interrupts
     /// End of its last frame. The robot is run up to there before it is told of light that falls on
     /// it meanwhile.
     uint64_t sends_until;
+    uint64_t forgotten;    ///< edges that wait then have nothing to say: the robot has sent
+    uint64_t converted;    ///< end of the last conversion
+    int16_t conversion;    ///< its result
 
     // Other peripherals.
     uint64_t asleep_until;  ///< 0: it is awake
@@ -69,6 +71,7 @@ struct TranslatedImage {
     uint8_t changed;      ///< of translated_chip_t, by the pass that goes on; likewise `net`
     uint8_t latch;        ///< high byte of a count, read behind the low one
     Interrupt interrupt;  ///< the one that is served
+    bool holds;           ///< that pass holds interrupts back for longer than MOST_HELD
     uint8_t waits_for;    ///< 1 + number of the engine's call that the channel has to answer
     bool granted;         ///< the channel is known to be free for the frame of this interrupt
     bool is_timed;        ///< this tick's interrupt only counts, and its cycles are measured

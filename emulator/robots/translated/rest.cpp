@@ -60,6 +60,7 @@ bool TranslatedRobot::recall() {
     recalls_in = image_.recall_pause;
     if (found == nullptr) return false;
     image_.pass_cycles = found->cycles;
+    image_.holds = false;  // none that holds interrupts is known
     image_.rest = rest_of(*found);
     image_.rest.ends = ticks_now() + lasts;
     if (lasts > 1) recall_request(*found, lasts);

@@ -40,6 +40,7 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
     changed = image_.changed;
     net = image_.net;
     passed = image_.passed;
+    held = INT64_MAX / 2;  // how long is not known
     recalls_in = robot.context->recalls_passes ? image_.recalls_in : INT32_MAX;
     executes = !robot.context->recalls_passes;
     pass = &image_.pass;
@@ -127,7 +128,7 @@ uint64_t TranslatedRobot::next_but_edges() const {
 /// Sets what execution goes on to: the next interrupt, or the end of the run. Interrupts that are
 /// held back count too, unless one waits: the code that lets them through need not be left then.
 void TranslatedRobot::set_limit() {
-    const uint64_t end = end_of_run(), now = cycle();
+    const uint64_t end = end_of_run(), now = cycle(), was = limit_;
     uint64_t others = next_but_edges(), edge = edge_at_;
     const bool one_waits = image_.flagged != NO_TIME || std::min(others, edge) <= now;
     awaits = lets_interrupts() || !one_waits;
@@ -135,6 +136,7 @@ void TranslatedRobot::set_limit() {
     const uint64_t next = std::min({others, edge, image_.match});  // also if it is not let through
     limit_ = std::min(end, next);
     set_cycle(now);
+    held += static_cast<int64_t>(limit_ - was);
     ends_run_ = end < next && image_.interrupt == Interrupt::NONE;
     repeats = !ends_run_ && edge >= std::min(end, others);
     limit_changed_ = false;
@@ -165,9 +167,10 @@ void TranslatedRobot::rest() {
 }
 
 /// Passes repeat: an edge of light in one of them puts the next ones off, and that is all. So for
-/// edges before the last pass up to another interrupt. Late ones are for serve_edge(): they may have
-/// taken each other's place.
+/// edges before the last pass up to another interrupt. Not if a pass may lose one, and not late
+/// ones, which may have taken each other's place.
 void TranslatedRobot::take_edges_at_rest() {
+    if (image_.holds) return;
     const uint64_t end = std::min(end_of_run(), next_but_edges());
     uint64_t now = cycle();
     while (edge_at_ < end && !edge_is_late_) {
@@ -184,7 +187,7 @@ void TranslatedRobot::take_edges_at_rest() {
             continue;
         }
         const uint64_t cycles = hears_light() ? edge_cycles_ : 0;
-        if (std::max(now, edge_at_) + cycles + image_.pass_cycles > end) break;
+        if (std::max(now, edge_at_) + cycles + image_.pass_cycles > end || edge_matters()) break;
         now += cycles;
         take_edge();
     }
@@ -207,7 +210,7 @@ bool TranslatedRobot::take_burst_at_rest(uint64_t &now, uint64_t end) {
         const uint64_t cycles = hears_light() ? edge_cycles_ : 0;
         const uint64_t served = std::max(free_at, edge_at_);
         const bool fits = std::max(now + took, served) + cycles + image_.pass_cycles <= end;
-        if (!fits || served + LONGEST_BLOCK >= next_of_frame()) {
+        if (!fits || served + LONGEST_BLOCK >= next_of_frame() || edge_matters()) {
             lights.assign(saved.begin(), saved.begin() + frames);
             find_edge();
             return false;
@@ -264,6 +267,7 @@ bool TranslatedRobot::execute_one() {
         return true;
     }
     const bool let_interrupts = lets_interrupts();
+    const int64_t from = left;
     const uint16_t word = flash_word(flash, pc);
     if (word == SLEEP && (at(SMCR) & SMCR_SE) != 0) {
         const bool down = (at(SMCR) & SMCR_SM) == SLEEP_POWER_DOWN;
@@ -275,10 +279,13 @@ bool TranslatedRobot::execute_one() {
         fail();
         return true;
     }
-    if (word == RETI)
+    if (let_interrupts && !lets_interrupts()) held = from;
+    if (word == RETI) {
         end_interrupt();
-    else if (!let_interrupts && lets_interrupts())
+    } else if (!let_interrupts && lets_interrupts()) {
+        if (held - left > MOST_HELD) changed |= HELD;
         execute_one();  // the chip executes one more before the interrupt
+    }
     return let_interrupts != lets_interrupts() || image_.asleep_until != 0 || limit_changed_;
 }
 
@@ -299,6 +306,7 @@ bool TranslatedRobot::note_pass() {
     turns = TURNS;
     pass_cycles = 0;
     image_.pass_cycles = same ? static_cast<uint64_t>(pass_left - left) : 0;
+    image_.holds = (changed & HELD) != 0;
     pass_left = left;
     if (same) return true;
     *pass = {};

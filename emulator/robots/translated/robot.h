@@ -20,9 +20,12 @@
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_ROBOT_H
 #define KILOTWIN_ROBOTS_TRANSLATED_ROBOT_H
 
+#include <cstddef>
 #include <cstring>
+#include <optional>
 
 #include "base/board_clock.h"
+#include "kilolib/core/infrared_frame.h"
 #include "robots/record.h"
 #include "robots/translated/interpreter.h"
 #include "robots/translated/program.h"
@@ -34,7 +37,7 @@ namespace kilotwin {
 ///
 /// Sources: translated/robot.cpp (running, loops, interrupts), translated/rest.cpp (ticks in which
 /// nothing changes), translated/calls.cpp (the engine's functions, commands and messages),
-/// translated/registers.cpp.
+/// translated/lost_edges.cpp, translated/registers.cpp.
 class TranslatedRobot : private translated_chip_t {
   public:
     TranslatedRobot(TranslatedProgram &program, RobotRecord &robot, TranslatedState &state);
@@ -52,6 +55,8 @@ class TranslatedRobot : private translated_chip_t {
     static constexpr uint64_t LONGEST_BLOCK = 128;
     /// Where a message's callback returns to: the last word of the flash, which no program fills.
     static constexpr uint16_t RETURN_FROM_MESSAGE = 0x7FFE;
+    /// Light that comes up to so many cycles later concerns a call that looks for it.
+    static constexpr uint64_t LOOK_CYCLES = 7;
     /// Duration of kilolib_infrared_receiving(), if nothing is received.
     static constexpr uint64_t SENSE_CALL_CYCLES = 11;
 
@@ -129,10 +134,17 @@ class TranslatedRobot : private translated_chip_t {
     void find_message();  ///< when the next one comes
     bool forget_beside(Cycles at);
     bool hears_light() const;
-    void find_edge();  ///< the next one
-    void take_edge();
-    bool frame_is_alone() const;  ///< the one that has the next edge
+    void find_edge();                    ///< the next one
+    void take_edge(uint16_t delay = 0);  ///< delay_of_start()
+    bool frame_is_alone() const;         ///< the one that has the next edge
     uint64_t next_of_frame() const;
+    /// Of the runtime's reader: whether a frame's leader is being received.
+    uint8_t &measures() { return data[seam_.message - offsetof(infrared_reader_t, message)]; }
+    bool edge_matters();
+    bool loses_edge(uint64_t now) const;
+    uint16_t delay_of_start(uint64_t now) const;
+    void note_flaw(uint64_t now);
+    std::optional<int16_t> take_flaw(uint64_t begin);
     uint32_t cycles_of_byte() const;  ///< if a byte of a frame begins; or 0
     void take_byte();
     /// Takes edges up to a moment at which none waits for another's interrupt. An edge that waits
@@ -153,6 +165,7 @@ class TranslatedRobot : private translated_chip_t {
     void sense();
     void send();
     void convert();
+    uint64_t cycles_of_triggered() const;
     void frame_began();
     void distance();
 
@@ -162,7 +175,7 @@ class TranslatedRobot : private translated_chip_t {
     void wait_for_answer(unsigned number, RobotRecord::Question question);
     void take_answer();
     void put_on_air(const message_t &message);
-    void sent();
+    void end_sending(bool is_sent, uint64_t cycles);
 
     // Registers: the first two are the interpreter's.
     static uint8_t read_register(translated_chip_t *chip, uint16_t address);

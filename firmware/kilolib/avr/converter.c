@@ -4,6 +4,7 @@
 
 #include "../core/gains.h"
 #include "../core/sensors.h"
+#include "../core/traits.h"
 #include "board.h"
 #include "infrared_receive.h"
 
@@ -51,7 +52,20 @@ int16_t kilolib_converter_sampled(void) {
     return value;
 }
 
+// The original waits neither for an edge's conversion nor for the reference, and does not know that
+// it has missed an edge.
+static int16_t original_read(uint8_t channel) {
+    const bool slow = channel == SENSOR_TEMPERATURE;
+    ADMUX = slow ? SENSOR_TEMPERATURE | INTERNAL_REFERENCE : channel;
+    ADCSRA = BIT(ADEN) | (slow ? SLOW_CLOCK : CLOCK);
+    const int16_t value = convert();
+    ADMUX = HIGH_GAIN_CHANNEL;
+    ADCSRA = ON_EDGES;
+    return value;
+}
+
 int16_t kilolib_converter_read(uint8_t channel) {
+    if (KILOLIB_ORIGINAL) return original_read(channel);
     const uint8_t gain = ADMUX;
     ADCSRA = BIT(ADEN) | CLOCK;
     wait_for_end();

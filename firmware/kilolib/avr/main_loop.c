@@ -69,7 +69,10 @@ void kilo_start(void (*setup)(void), void (*loop)(void)) {
             if (robot_begins_setup(&kilolib_robot)) setup();
             ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { robot_end_setup(&kilolib_robot); }
             break;
-        case ROBOT_RUNNING: loop(); break;
+        case ROBOT_RUNNING:
+            ORIGINAL_TAKES_LONGER(1);
+            loop();
+            break;
         case ROBOT_SLEEPING: kilolib_sleep_for_8_s(); break;
         case ROBOT_BATTERY: show_battery(); break;
         case ROBOT_CHARGING: show_charging(); break;

@@ -19,6 +19,10 @@ void kilolib_random_seed(uint8_t seed);
 /// Implemented by the driver of the converter; called up to 2,048 times by one rand_hard().
 uint8_t kilolib_random_noise_bit(void);
 
+/// Hold interrupts back and let them through, as the original does around all bits of a number.
+void kilolib_random_hold(void);
+void kilolib_random_release(void);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,5 +1,6 @@
 #include "kilolib.h"
 #include "random.h"
+#include "traits.h"
 
 #define TRIES_PER_BIT 128
 
@@ -14,6 +15,8 @@ static uint8_t fair_bit(void) {
 
 uint8_t rand_hard(void) {
     uint8_t bits = 0;
+    if (KILOLIB_ORIGINAL) kilolib_random_hold();
     for (uint8_t i = 0; i < 8; i++) bits = (uint8_t)(bits << 1) | fair_bit();
+    if (KILOLIB_ORIGINAL) kilolib_random_release();
     return bits;
 }

@@ -18,6 +18,13 @@
 #define KILOLIB_ORIGINAL 0
 #endif
 
+/// So many cycles more the original's function takes on the chip than ours (hardware.md 1.14).
+#if KILOLIB_ORIGINAL && defined(__AVR__)
+#define ORIGINAL_TAKES_LONGER(cycles) __builtin_avr_delay_cycles(cycles)
+#else
+#define ORIGINAL_TAKES_LONGER(cycles) ((void)0)
+#endif
+
 /// In IDLE and CHARGING the original looks at the state when a blink is over: so long after the
 /// state was entered, of a command that comes `cycles_in_state` after that. Cycles of 125 ns.
 static inline uint64_t original_looks_after(uint64_t cycles_in_state) {

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 WORD = pa.dictionary(pa.uint8(), pa.string())
 """The type of a column of few different words."""
+_UNKNOWN = np.uint32(2**32 - 1)
 Column: TypeAlias = NDArray[Any] | pa.Array
 """The values of a column, of numbers or as Arrow has them."""
 
@@ -129,7 +130,7 @@ class Records:
     ) -> NDArray[Any] | pa.Array:
         if name in samples:
             values: NDArray[Any] = samples[name][:, part].ravel()  # type: ignore[literal-required]
-            return values
+            return _flat(values, pa.uint32(), values != _UNKNOWN) if name == "delivered" else values
         # Not known of real robots.
         return pa.nulls(samples["led"][:, part].size, self.robots_schema.field(name).type)
 
@@ -200,6 +201,7 @@ _OF_ROBOTS = [
     field("battery", pa.uint16(), "reading of get_voltage(): 720 full, 580 empty"),
     field("sent", pa.uint32(), "messages since the begin"),
     field("received", pa.uint32(), "messages since the begin"),
+    field("delivered", pa.uint32(), "of these, those that the program got; null for chips"),
 ]
 
 

@@ -28,6 +28,7 @@ _COLUMNS = {
     "battery": 0.3,
     "sent": 0.4,
     "received": 1.4,
+    "delivered": 1.4,
 }
 _ROUNDED = {"x_m": 5.4, "y_m": 5.4, "heading_rad": 3.6}  # with precision_m = 0.001
 _METRIC = 16.0

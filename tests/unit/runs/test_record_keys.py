@@ -45,17 +45,21 @@ def test_what_is_recorded_besides_is_of_the_same_robots_and_samples(
     experiment = load(f"{SMALL}\n[controller]\n", *settings)
     writer = RunWriter(tmp_path / "run", experiment, {"status": "finished"})
     some, known = some_samples(0, 12), known_samples(range(12), extras=True)
-    some["battery"], some["sent"], some["received"] = (
+    some["battery"], some["sent"], some["received"], some["delivered"] = (
         known["battery"],
         known["sent"],
         known["received"],
+        known["delivered"],
     )
+    some["delivered"][:, 7] = 2**32 - 1  # a chip's is not known
     writer.add(some)
     writer.close(clean=True)
     rows = Run.open(tmp_path / "run").robots()
-    assert rows.column_names[-3:] == ["battery", "sent", "received"]
+    assert rows.column_names[-4:] == ["battery", "sent", "received", "delivered"]
     written = [0, 3, 6, 9, 11]  # the last moment in any case
     assert rows["sent"].to_pylist() == known["sent"][written][:, [2, 7]].ravel().tolist()
+    delivered = known["delivered"][written][:, 2].tolist()
+    assert rows["delivered"].to_pylist() == [of for one in delivered for of in (one, None)]
     assert rows["battery"].to_pylist() == known["battery"][written][:, [2, 7]].ravel().tolist()
 
 

@@ -50,6 +50,10 @@ static inline uint64_t translated_below(const uint8_t *data, uint16_t stack) {
 /// that has returned behind where the pass stands; those of bytes that translated_below() tells
 /// apart; and what a pass does with a counter that a repeated one might do otherwise.
 enum { CHANGED = 1, CHANGED_BELOW = 2, NOT_COUNTED = 4 };
+/// Beside these: it has held interrupts back for more than MOST_HELD cycles at once, so that edges
+/// of light may be lost in it. Up to so many none is: it waits so long, and then for another edge's
+/// interrupt at most.
+enum { HELD = 8, MOST_HELD = 64 };
 
 /// The weight of a byte in SRAM: an odd number that has little to do with that of the next byte.
 /// The sum of weights times differences is 0 if the bytes are as they were; it is not if one has

@@ -187,7 +187,9 @@ class Robots(Section):
     do Kilobots where avr-gcc is missing or a program lacks `kilo_start()`, which a line says."""
     runtime: Runtime | None = None
     """`original`: a robot acts on RUN when its blink ends, within 201 ms; after `get_voltage()` the
-    next distance is wrong; Kilotwin's own requests get no answer. `kilotwin`: ours. If left out: as
+    next distance is wrong; frames are lost while interrupts are held back for 17 us or more, as
+    `rand_hard()` does for half a millisecond; `estimate_distance()` and `message_crc()` take as
+    long as there; Kilotwin's own requests get no answer. `kilotwin`: ours. If left out: as
     `swarm.runtime`, or ours beside our boot loader."""
     boot_loader: bool = False
     """Whether their flash also holds Kilotwin's boot loader, for flashing over the air; ATmega328P

@@ -21,6 +21,7 @@ EXTRA_OF: dict[str, Extra] = {
     "battery": "battery",
     "sent": "messages",
     "received": "messages",
+    "delivered": "messages",
 }
 """Columns by what `also` calls them."""
 
@@ -42,8 +43,10 @@ class Record(Section):
     state, site; all if left out."""
     also: Annotated[list[Extra], Field(max_length=4)] | None = None
     """More columns of `robots`: motors (left_duty, right_duty, 0 to 255), battery (a reading of
-    get_voltage()), messages (sent and received since the start). Null for real robots. modules, on
-    an emulated grid: a table `modules` with each one's state and error counters at each sample."""
+    get_voltage()), messages (sent, received and delivered since the start: a robot that holds
+    interrupts back loses some that reach it, so that its program gets fewer; of chips that is not
+    known). Null for real robots. modules, on an emulated grid: a table `modules` with each one's
+    state and error counters at each sample."""
     robots: list[Index] | None = None
     """Indices of robots with rows in `robots`; all if left out. Counts and metrics are of all
     robots."""

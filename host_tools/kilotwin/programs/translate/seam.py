@@ -60,7 +60,7 @@ _VECTOR = "__vector_"
 # Those that the runtime has, and the engine serves or stands for.
 _RUNTIMES = {6, 11, 14, 19, 23}
 # fmt: off
-_VECTORS = (
+VECTORS = (
     "RESET", "INT0", "INT1", "PCINT0", "PCINT1", "PCINT2", "WDT", "TIMER2_COMPA", "TIMER2_COMPB",
     "TIMER2_OVF", "TIMER1_CAPT", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF", "TIMER0_COMPA",
     "TIMER0_COMPB", "TIMER0_OVF", "SPI_STC", "USART_RX", "USART_UDRE", "USART_TX", "ADC",
@@ -85,6 +85,8 @@ class Seam:
     message_rx: int
     names_period: bool
     """Whether the program has to do with kilo_tx_period itself."""
+    original: bool
+    """Whether its runtime has the traits of the published one."""
     handlers: str
     """The program's own interrupt handlers, "A, B"."""
     main_loop: tuple[int, int]
@@ -102,11 +104,12 @@ class Seam:
         """C of the structure translated_seam_t."""
         numbers = [self.obey, self.robot, self.heard, self.ticks, self.tx_period]
         numbers += [self.message, self.distance, self.message_rx, int(self.names_period)]
+        numbers += [int(self.original)]
         calls = ", ".join(map(str, self.calls))
         return f'{{{{{calls}}}, {", ".join(map(str, numbers))}, "{self.handlers}"}}'
 
 
-def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
+def seam_of(elf: Path, objects: Sequence[Path], *, original: bool = False) -> Seam:
     """The seam of a linked robot's program, of which `objects` are the program's own."""
     with elf.open("rb") as file:
         symbols = list(_symbols(ELFFile(file)))
@@ -135,6 +138,7 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
         distance=_address(own, "distance"),
         message_rx=_address(everywhere, "kilo_message_rx"),
         names_period=any(_names(file, "kilo_tx_period") for file in objects),
+        original=original,
         handlers=", ".join(_own_handlers(everywhere)),
         main_loop=_extent(everywhere, "kilo_start"),
         delay=_extent(everywhere, "delay"),
@@ -245,4 +249,4 @@ def _own_handlers(symbols: Mapping[str, Symbol]) -> Iterator[str]:
     for name in symbols:
         number = name.removeprefix(_VECTOR)
         if name != number and number.isdigit() and int(number) not in _RUNTIMES:
-            yield _VECTORS[int(number)]
+            yield VECTORS[int(number)]

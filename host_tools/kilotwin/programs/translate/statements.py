@@ -26,7 +26,7 @@ Z = 1
 _FLAGS = ["cf", "zr", "nr >> 7", "vr >> 7", "sr >> 7", "hr >> 4 & 1", "tf", "inf"]
 _I = 7
 _SET = ["cf = 1", "zr = 0", "nr = 0x80", "vr = 0x80", "sr = 0x80", "hr = 0x10", "tf = 1"]
-_CLEAR = ["cf = 0", "zr = 1", "nr = 0", "vr = 0", "sr = 0", "hr = 0", "tf = 0", "inf = 0"]
+_CLEAR = ["cf = 0", "zr = 1", "nr = 0", "vr = 0", "sr = 0", "hr = 0", "tf = 0"]
 
 _OPERATIONS = {
     "nop": "",
@@ -149,7 +149,7 @@ def statement(instruction: Instruction, offset: int, live: int) -> str:
         return f"HAND_OVER({at}, {offset});"
     name = instruction.name
     if name in ("bset", "bclr"):
-        return _flag_statement(instruction, f"{at}, {offset}")
+        return _flag_statement(instruction, (at, offset))
     if name in ("lds", "sts"):
         pattern = (_LOW if instruction.k < _IO_END else _HIGH)[name]
     else:
@@ -182,9 +182,10 @@ def condition(instruction: Instruction) -> str:
     return flag if instruction.name == "brbs" else f"!({flag})"
 
 
-def _flag_statement(instruction: Instruction, here: str) -> str:
+def _flag_statement(instruction: Instruction, here: tuple[str, int]) -> str:
+    at, offset = here
     if instruction.name == "bclr":
-        return _CLEAR[instruction.k] + ";"
+        return f"HOLD({offset});" if instruction.k == _I else _CLEAR[instruction.k] + ";"
     if instruction.k == _I:
-        return f"if (!inf && !AWAITS) HAND_OVER({here}); inf = 1;"
+        return f"if (!inf && !AWAITS) HAND_OVER({at}, {offset}); LET({offset});"
     return _SET[instruction.k] + ";"

@@ -107,7 +107,8 @@ def translated_guest(
     """
     image = build_image(program, notify)
     flash, eeprom = _emulator.flash_image(str(image.elf))
-    met_at = seam.seam_of(image.elf, image.objects("program"))
+    original = program.runtime == "original"
+    met_at = seam.seam_of(image.elf, image.objects("program"), original=original)
     version = compiler_version(find_compiler())
     key = _key(version, flash, eeprom, met_at, covered=covered)
 
