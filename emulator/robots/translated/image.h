@@ -46,9 +46,9 @@ struct TranslatedImage {
     /// End of its last frame. The robot is run up to there before it is told of light that falls on
     /// it meanwhile.
     uint64_t sends_until;
-    uint64_t forgotten;    ///< edges that wait then have nothing to say: the robot has sent
-    uint64_t converted;    ///< end of the last conversion
-    int16_t conversion;    ///< its result
+    uint64_t forgotten;  ///< edges that wait then have nothing to say: the robot has sent
+    uint64_t converted;  ///< end of the last conversion
+    int16_t conversion;  ///< its result
 
     // Other peripherals.
     uint64_t asleep_until;  ///< 0: it is awake
