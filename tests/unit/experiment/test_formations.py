@@ -163,3 +163,14 @@ def _with_uids(swarm: str, kinds: list[str], load: Load) -> Experiment:
     tables = "".join(f'[[robots]]\nprogram = "blink.c"\n{kind}\n' for kind in kinds)
     head = 'duration_s = 1\n[arena]\ndiameter_m = 1\n[swarm]\nprofile = "kilobot"\n'
     return load(f"{head}{swarm}\n{tables}")
+
+
+def test_keys_name_robots_by_these_uids(load: Load) -> None:
+    head = 'duration_s = 9\n[arena]\ndiameter_m = 1\n[swarm]\nprofile = "kilobot"\n'
+    kind = '[[robots]]\nprogram = "blink.c"\ncount = 2\nuids = [0, 9]\n'
+    command = '[[command]]\nat_s = 1\nsend = "run"\nrobot = {}\n'
+    step = "[[step]]\nat_s = 1\nrobot = {}\npose = [0, 0, 0]\n"
+    for table in (command, step):
+        assert load(f"{head}{kind}{table.format(0)}").robot_of(9) == 1
+        with pytest.raises(InputError, match="there is no robot 1; the robots are 0 and 9"):
+            load(f"{head}{kind}{table.format(1)}")

@@ -53,8 +53,10 @@ def first_problem_of_command(command: Command, robots: Sequence[int]) -> Problem
 
 def uids_there(experiment: ExperimentSchema) -> Sequence[int]:
     """Uids with which the robots begin; of a lab, which is not read yet, all that there may be."""
+    if (given := uids_of(experiment)) is not None:
+        return given
     if experiment.swarm.lab is not None:
-        return range(0x10000)
+        return range(LAST_UID + 1)
     return range(1, swarm_size(experiment) + 1)
 
 

@@ -319,8 +319,8 @@ class Command(Section):
     repeat_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
     """How long it is repeated, once a tick; 0: once. `wakeup` may need 48 s: docs/limits.md."""
     robot: Uid | None = None
-    """Only to the robot with this uid: 1 for the first robot and so on, unless CALIB or `swarm.lab`
-    changed it."""
+    """Only to the robot with this uid: 1 for the first robot and so on, unless CALIB, `uids` or
+    `swarm.lab` changed it."""
     uid_first: Uid | None = None
     """Only to robots from this uid on; 0 if left out."""
     uid_last: Uid | None = None

@@ -23,6 +23,7 @@ class Step(Section):
     peak: Reading10 | None = None
     """... and its `peak` from then on: 0 switches it off."""
     robot: Annotated[int, Field(ge=0, le=1_000_000)] | None = None
-    """A robot by its uid, 1 for the first robot and so on, unless `swarm.lab` has others ..."""
+    """A robot by its uid, 1 for the first robot and so on, unless `uids` or `swarm.lab` say
+    others ..."""
     pose: Pose | None = None
     """... which is put there, [x_m, y_m, heading_rad], while its program goes on."""
