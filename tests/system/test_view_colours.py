@@ -14,11 +14,16 @@ from .browser import chromium, comes, go_to, new_page, open_viewer, shown, viewe
 from .conftest import Kilotwin
 from .test_view import counts, picture
 
-# Green, from 5 s on red, and one of them gives up at 10 s.
+# Green, from 5 s on red, and one of them gives up at 10 s. Each prints once.
 PROGRAM = """\
+#define DEBUG
+#include <debug.h>
 #include <kilolib.h>
 #include <stdlib.h>
-static void setup(void) { set_color(RGB(0, 3, 0)); }
+static void setup(void) {
+    set_color(RGB(0, 3, 0));
+    printf("here I am\\n");
+}
 static void loop(void) {
     if (kilo_ticks > 150 && kilo_uid > 4) set_color(RGB(3, 0, 0));
     if (kilo_ticks > 300 && kilo_uid == 3) abort();
@@ -127,6 +132,25 @@ def test_a_robot_that_is_followed_stays_in_the_middle(linked: Page) -> None:
     page.keyboard.press("o")
     page.keyboard.press("f")
     comes(page, lambda: not is_in_the_middle())
+
+
+def test_all_events_and_prints_are_one_list_with_a_filter_that_leads_there(
+    linked: Page, run: Path
+) -> None:
+    page = linked
+    page.keyboard.press("e")
+    comes(page, lambda: page.inner_text("#lines") == "11 lines")  # of ten robots, and of one crash
+    page.fill("#filter", "robot 3")
+    comes(page, lambda: page.inner_text("#lines") == "2 lines")
+    page.fill("#filter", "crash")
+    comes(page, lambda: page.inner_text("#lines") == "1 line")
+    assert "robot 3: crash: " in page.inner_text("#log")
+    page.click("#log button")
+    comes(page, lambda: chosen(page) == "robot 3")
+    [failure] = [event for event in Run.open(run).events() if event["kind"] == "crash"]
+    assert float(page.input_value("#time")) == pytest.approx(failure["time_s"], abs=0.001)
+    page.keyboard.press("e")
+    assert not page.is_visible("#events")
 
 
 def test_the_picture_is_saved_as_it_is_seen(page: Page, tmp_path: Path) -> None:

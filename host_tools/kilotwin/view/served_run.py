@@ -19,8 +19,18 @@ MOST_EVENTS = 10_000
 """Events in one answer: the last ones."""
 MOST_LINES = 200
 """The same of words and reports."""
+MOST_LOGGED = 1_000
+"""The same of lines of the log."""
 _MOST_VALUES = 2_000
 REPORTED = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
+
+
+def _line(event: dict[str, Any]) -> str:
+    """An event in small letters, as the page shows it (facts.ts)."""
+    who = f"robot {event['robot'] + 1}: " if "robot" in event else ""
+    if "module" in event:
+        who = f"module {'-'.join(map(str, event['module']))}: "
+    return f"{who}{event.get('kind')} {event.get('text', '')}".lower()
 
 
 class ServedRun:
@@ -73,6 +83,16 @@ class ServedRun:
         """Events but prints, which are many: the last ones, and how many there are."""
         events = [event for event in self._run.events() if event.get("kind") != PRINT]
         return {"number": len(events), "events": events[-MOST_EVENTS:]}
+
+    def log(self, words: str) -> dict[str, Any]:
+        """The last events and prints in which all of the `words` are, and how many there are."""
+        wanted = words.lower().split()
+        found = [
+            event
+            for event in self._run.events()
+            if not wanted or all(word in _line(event) for word in wanted)
+        ]
+        return {"number": len(found), "events": found[-MOST_LOGGED:]}
 
     def robot(self, robot: int) -> dict[str, Any]:
         """A robot's LED from each change on, its metrics, its events and prints, and the words that

@@ -162,6 +162,10 @@ def application(
         _route("/runs/{run:int}/series", lambda r: _binary(served(r).samples.series(_MOST_POINTS))),
         _route("/runs/{run:int}/events", lambda r: JSONResponse(served(r).events())),
         _route(
+            "/runs/{run:int}/log",
+            lambda r: JSONResponse(served(r).log(r.query_params.get("words", ""))),
+        ),
+        _route(
             "/runs/{run:int}/robots/{robot:int}",
             lambda r: JSONResponse(served(r).robot(r.path_params["robot"])),
         ),

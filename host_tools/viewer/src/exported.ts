@@ -2,11 +2,13 @@
 // kilotwin/view/exported_page.py.
 
 import type { ModuleAnswer, Report, RobotAnswer, RunEvent, Scene } from "./scene";
+import { textOf, whoOf } from "./facts";
 import { unpack, type Arrays, type Packed, type Source } from "./source";
 
 const REPORT_COLUMNS = 7;
 const NOWHERE = 65535;
 const MOST_LINES = 200;
+const MOST_LOGGED = 1000;
 const HEADING_SHIFT = 6;
 // Columns of robots besides their poses.
 const WHOLE: Record<string, { from(of: Uint16Array, value: (one: number) => number): Arrays[string] }> = {
@@ -70,6 +72,15 @@ export class Exported implements Source {
   async events(run: number): Promise<{ number: number; events: RunEvent[] }> {
     const events = this.runs[run].events.filter((event) => event.kind !== "print");
     return { number: events.length, events };
+  }
+
+  async log(run: number, words: string): Promise<{ number: number; events: RunEvent[] }> {
+    const wanted = words.toLowerCase().split(/\s+/).filter(Boolean);
+    const found = this.runs[run].events.filter((event) => {
+      const line = `${whoOf(event)}${event.kind} ${textOf(event)}`.toLowerCase();
+      return wanted.every((word) => line.includes(word));
+    });
+    return { number: found.length, events: found.slice(-MOST_LOGGED) };
   }
 
   async robot(run: number, robot: number): Promise<RobotAnswer> {

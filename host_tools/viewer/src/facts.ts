@@ -123,6 +123,12 @@ function counterRows(counters: Counters | undefined): Row[] {
   ];
 }
 
+// `robot 5: `, `module 1-2: `; "" where it is of neither.
+export function whoOf({ robot, module }: RunEvent): string {
+  if (robot !== undefined) return `robot ${robot + 1}: `;
+  return Array.isArray(module) ? `module ${module.join("-")}: ` : "";
+}
+
 export function textOf(event: RunEvent): string {
   if (event.kind === "print") return String(event.text);
   return event.text ? `${event.kind}: ${event.text}` : event.kind;

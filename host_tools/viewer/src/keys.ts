@@ -20,6 +20,7 @@ export interface Actions {
   light(): void;
   reports(): void;
   uids(): void;
+  events(): void;
   follow(): void;
   picture(): void;
   states(): void;
@@ -58,6 +59,7 @@ export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = 
   ],
   ["o", { o: "follow" }, "the chosen robot stays in the middle, or not"],
   ["c", { c: "picture" }, "save the picture, as PNG"],
+  ["e", { e: "events" }, "all events and prints, with a filter"],
   ["s", { s: "states" }, "colours of LEDs, or of states"],
   ["t", { t: "trails" }, "trails"],
   ["l", { l: "links" }, "who is within reach of whom"],

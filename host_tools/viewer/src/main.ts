@@ -6,6 +6,7 @@ import { Exported } from "./exported";
 import { element, Inspector } from "./inspector";
 import { Legend } from "./legend";
 import { hashOf, linkOf } from "./link";
+import { LogPanel } from "./log";
 import { KEYS, listen, type Actions } from "./keys";
 import { showBuses } from "./bus";
 import { Moments, type Moment } from "./live";
@@ -25,6 +26,7 @@ class Page {
   private readonly curves: CurvesPanel;
   private readonly legend: Legend;
   private readonly inspector: Inspector;
+  private readonly log: LogPanel;
   private readonly layers: Layers = {
     trails: false,
     links: false,
@@ -54,6 +56,11 @@ class Page {
     this.curves = new CurvesPanel(byId("curves"));
     this.legend = new Legend(byId("legend"), scenes);
     this.inspector = new Inspector(byId("inspector"), source);
+    this.log = new LogPanel(byId("events"), source);
+    this.log.chosen = (timeS, robot) => {
+      this.go(timeS);
+      if (robot !== null && panes[0].placeOf(robot) >= 0) this.pick(panes[0], 0, { robot });
+    };
     this.curves.chosen = this.inspector.chosen = (timeS) => this.go(timeS);
     this.clock.changed = () => (this.dirty = true);
     byId("panes").append(...panes.map((pane) => pane.element));
@@ -205,6 +212,10 @@ class Page {
         toggle("states")();
         this.panes.forEach((one) => one.colourBy(this.layers.states ? "state" : "led"));
         this.legend.colourBy(this.layers.states);
+      },
+      events: () => {
+        this.log.toggle();
+        document.querySelector('[data-action="events"]')?.classList.toggle("on", this.log.open);
       },
       follow: () => {
         pane.follows = !pane.follows;
@@ -364,6 +375,7 @@ class Page {
     });
     this.dirty = true;
     this.curves.show(this.drawnCurves);
+    if (this.log.open) void this.log.read();
     this.drawStatus();
   }
 

@@ -19,6 +19,8 @@ export interface Source {
   times(run: number, first: number): Promise<Float64Array>;
   samples(run: number, first: number, count: number, stride: number): Promise<Packed>;
   series(run: number): Promise<Packed>;
+  // The last lines of all events and prints in which all of the words are, and how many there are.
+  log(run: number, words: string): Promise<{ number: number; events: RunEvent[] }>;
   events(run: number): Promise<{ number: number; events: RunEvent[] }>;
   robot(run: number, robot: number): Promise<RobotAnswer>;
   module(run: number, module: [number, number]): Promise<ModuleAnswer>;
@@ -66,6 +68,10 @@ export class Server implements Source {
 
   series(run: number): Promise<Packed> {
     return this.packed(`runs/${run}/series`);
+  }
+
+  log(run: number, words: string): Promise<{ number: number; events: RunEvent[] }> {
+    return this.json(`runs/${run}/log?words=${encodeURIComponent(words)}`);
   }
 
   events(run: number): Promise<{ number: number; events: RunEvent[] }> {

@@ -81,6 +81,15 @@ def test_the_page_and_what_it_asks_for_are_served(address: str) -> None:
     for path in ("times?first=0", "samples?first=0&count=9&stride=1", "series"):
         assert ask(f"{address}runs/0/{path}")[0] == 200
     assert json.loads(ask(f"{address}runs/0/events")[1])["number"] == 1
+    for words, number in (
+        ("", 2),
+        ("robot%203", 2),
+        ("ROBOT%203%20DICE", 1),
+        ("crash", 1),
+        ("x", 0),
+    ):
+        said = json.loads(ask(f"{address}runs/0/log?words={words}")[1])
+        assert said["number"] == len(said["events"]) == number
     robot = json.loads(ask(f"{address}runs/0/robots/2")[1])
     assert [event.get("text") for event in robot["events"]] == [None, "dice 3"]
 
