@@ -45,6 +45,7 @@ def photograph(run: Path, target: Path) -> None:
         for key in ("s", *ROBOT * "]"):
             page.keyboard.press(key)
         go_to(page, TIME_S)
+        page.wait_for_selector("#inspector #states")
         page.screenshot(path=target)
 
 
