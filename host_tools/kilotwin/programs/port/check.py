@@ -124,6 +124,7 @@ def check(
         *callbacks.before_setup(code, roles),
         *callbacks.messages(code, roles, lines),
         *source_text.ticks(lines),
+        *source_text.draws(lines),
         *source_text.motors(lines, outcome),
         *source_text.checksum(lines, roles, silent, outcome),
         *source_text.widths(program),

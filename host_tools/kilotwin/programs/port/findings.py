@@ -27,7 +27,7 @@ _CONSEQUENCES = (
     # Variables get values that nobody gave them.
     ("array-bounds", "int-overflow", "float-to-int", "int-width"),
     # An action meant to happen once happens often, or not at all.
-    ("tick-modulo", "tick-equal"),
+    ("tick-modulo", "tick-equal", "few-bits"),
     # Now and then a value is wrong, or a message is lost.
     ("before-setup", "message-race", "torn-access"),
     # Ticks and messages are lost.
