@@ -310,6 +310,28 @@ def test_a_number_that_does_not_fit_is_told_with_variable_line_and_tick() -> Non
     assert 7 * 0.25 / 0.032768 <= tick <= 7 * 0.25 / 0.032768 + 10
 
 
+def test_sums_of_32_bits_and_such_as_fit_are_passed(tmp_path: Path) -> None:
+    program = tmp_path / "wide.c"
+    program.write_text("""\
+#include <kilolib.h>
+static uint32_t way;
+static int32_t energy;
+static uint16_t steps;
+static int8_t side = 1;
+static void setup(void) {}
+static void loop(void) {
+    way += 40000;
+    energy -= 30000;
+    steps++;
+    side = -side;
+    set_color(way > 1000000 && energy < 0 && side > 0 && steps ? RGB(1, 0, 0) : RGB(0, 1, 0));
+    delay(100);
+}
+int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
+""")
+    assert found(str(program), Trial(TRIAL_S)) == []
+
+
 @pytest.mark.parametrize(
     "callback",
     [

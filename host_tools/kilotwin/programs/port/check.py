@@ -146,7 +146,7 @@ def _tried(
     sums = numbers.sums(code, own)
     watched = [(one.at, one.carry) for one in sums]
     outcome = trials.run(trial, guest, image, code, tried.roles, sums=watched)
-    unfit = [*numbers.tried(tried, guest, sums, outcome.carried, notify)]
+    unfit = [*numbers.seen_unfit(tried, guest, sums, outcome.carried, notify)]
     differs = [*retrial.findings(tried, outcome, unfit, notify)]
     if outcome.difference is None and (ear := differing_ear(program)):
         # A twin has seen it decide otherwise with these.

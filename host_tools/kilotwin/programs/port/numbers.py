@@ -53,7 +53,7 @@ class Sum:
     place: Place
 
 
-def tried(
+def seen_unfit(
     tried: Tried, guest: Guest, sums: Sequence[Sum], carried: Mapping[int, int], notify: Notify
 ) -> Iterator[Finding]:
     """Runs the program on the chip with the compiler's checks. `carried`: ticks by address, of
@@ -170,6 +170,8 @@ def _carry_of(function: Function, index: int) -> bool | None:
     pair = _pair_of(last)
     if pair is None or not _comes_from_and_goes_to(function, index, pair):
         return None
+    if index + 1 < len(code) and code[index + 1].name in _GO_ON:
+        return None  # a sum of more bytes
     if last.name in ("adiw", "sbiw"):
         return True
     if index == 0:
@@ -199,6 +201,7 @@ def _number(instruction: Instruction) -> int | None:
     return int(found[1], 16) if found else None
 
 
+_GO_ON = {"adc", "sbc", "sbci"}
 _LOADS, _STORES = {"lds", "ld", "ldd"}, {"sts", "st", "std"}
 _NEAR = 6
 
