@@ -152,7 +152,6 @@ std::unique_ptr<Driver> Simulation::make_driver(const SimulationDef::Group &grou
     }
     case Tier::TRANSLATED: {
         TranslatedProgram &program = TranslatedProgram::load(group.program, group.name);
-        handlers = program.own_handlers();
         driver = std::make_unique<TranslatedDriver>(program, group.count);
         break;
     }

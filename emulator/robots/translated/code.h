@@ -108,7 +108,6 @@ typedef struct {
     uint16_t message_rx;           ///< kilo_message_rx
     uint8_t names_period;          ///< the program has to do with kilo_tx_period itself
     uint8_t original;              ///< its runtime has the traits of the published one
-    const char *handlers;          ///< names of the program's own interrupt handlers: "A, B"
 } translated_seam_t;
 
 /// An image and all its regions, which a shared object exports as `translation`.

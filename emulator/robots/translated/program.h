@@ -29,9 +29,6 @@ class TranslatedProgram {
     const std::string &name() const { return name_; }
     const std::string &path() const { return path_; }
     const translation_t &code() const { return *code_; }
-    /// Names of the interrupt handlers that the program defines, "A, B"; mostly empty. None of them
-    /// is ever called.
-    std::string own_handlers() const { return code_->seam->handlers; }
     /// Registers that have an effect, by address (code.h).
     static const uint8_t *effects();
 

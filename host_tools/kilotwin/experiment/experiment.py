@@ -70,6 +70,11 @@ class Group:
     tier: Tier = "native"
     boot_loader: "Target | None" = None  # whose loader is in its flash, besides the program
     why_native: str = ""  # where that would be the rule
+    is_chosen: bool = False  # its tier is, as the file leaves it to us
+
+    def on_chip(self, keys: ExperimentSchema) -> "Group":
+        """The same on an ATmega328P."""
+        return replace(self, tier=_tier("avr", keys))
 
     @property
     def on_board(self) -> bool:
@@ -247,7 +252,7 @@ class Experiment:
         if cpu != "auto":
             table["cpu"] = cpu
         elif self.keys.swarm.profile == "kilobot":
-            table["cpu"] = "translated" if group.tier == "translated" else "native"
+            table["cpu"] = "avr" if group.on_board else group.tier
 
     def _resolve_grid(self, table: dict[str, Any], modules: Group) -> None:
         if modules.program.sources:
@@ -336,7 +341,8 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         program = _program(keys.swarm.program, ("swarm",), origin)
         program = replace(program, runtime=keys.swarm.runtime)
         cpu, why = processor_of(program, keys.swarm.cpu, keys.swarm.profile)
-        yield Group(program, keys.swarm.size, None, _tier(cpu, keys), why_native=why)
+        chosen = keys.swarm.cpu == "auto"
+        yield Group(program, keys.swarm.size, None, _tier(cpu, keys), None, why, chosen)
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
         if robots.hex is not None:
@@ -351,7 +357,8 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         if robots.hex is None:
             cpu, why = processor_of(program, cpu, keys.swarm.profile)
         loader: Target | None = "robot" if robots.boot_loader else None
-        yield Group(program, robots.count, robots.poses, _tier(cpu, keys), loader, why)
+        chosen = robots.hex is None and (robots.cpu or keys.swarm.cpu) == "auto"
+        yield Group(program, robots.count, robots.poses, _tier(cpu, keys), loader, why, chosen)
 
 
 def _environment(keys: ExperimentSchema, origin: ExperimentText) -> PythonName | None:

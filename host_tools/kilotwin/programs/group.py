@@ -1,12 +1,14 @@
 """Builds what the robots of a group run: a guest, native or of their machine code, or an image for
 their ATmega328P."""
 
+import functools
 import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from kilotwin.experiment.experiment import Experiment, Group
+from kilotwin.experiment.programs import Program
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.native import sanitizer
 from kilotwin.programs.native.guest import Guest, build
@@ -44,6 +46,37 @@ def build_group(
     if code is None:
         return guest
     return replace(guest, file=code.file, optimised=code.optimised)
+
+
+def settled(experiment: Experiment, notify: Notify = lambda _: None) -> Experiment:
+    """The same, with chips for robots whose program has to do with what only a chip has, where the
+    processor is left to us. `notify` gets a line of each such program, with file and line."""
+    groups = tuple(_settled(experiment, group, notify) for group in experiment.groups)
+    return experiment if groups == experiment.groups else replace(experiment, groups=groups)
+
+
+def _settled(experiment: Experiment, group: Group, notify: Notify) -> Group:
+    if group.tier != "translated":
+        return group
+    # Chips see pulses, which the other medium has none of.
+    on_chip = group.is_chosen and experiment.keys.medium.kind == "kilobot"
+    for what in _beyond_translation(group.program):
+        if on_chip:
+            notify(f'{what} is for a chip: {group.program.written} runs with cpu = "avr"')
+            return group.on_chip(experiment.keys)
+        notify(f'{what} needs cpu = "avr": it does nothing where a program runs translated')
+    return group
+
+
+@functools.lru_cache(maxsize=64)
+def _beyond_translation(program: Program) -> tuple[str, ...]:
+    from kilotwin import _emulator
+    from kilotwin.programs.image.image import build_image
+    from kilotwin.programs.translate.needs_chip import needs_chip
+
+    image = build_image(program)
+    flash, _ = _emulator.flash_image(str(image.elf))
+    return tuple(needs_chip(program, flash, image.elf, image.objects("program")))
 
 
 def build_all(

@@ -32,7 +32,7 @@ from kilotwin.files.interrupts import heeding_interrupts
 from kilotwin.files.plain_text import plain, quoted
 from kilotwin.metrics.functions import LocalFunctions, answer
 from kilotwin.programs.coverage.marks import Marks, understood
-from kilotwin.programs.group import build_all, symbols_of
+from kilotwin.programs.group import build_all, settled, symbols_of
 from kilotwin.programs.native.guest import Guest
 from kilotwin.programs.port.twin import TWIN_S, Ear, Mode, Twins, native_kilobots
 from kilotwin.programs.translate.optimiser import Optimiser
@@ -132,6 +132,7 @@ def run(
     size = size_of(experiment.keys)
     if trouble := size.without_room(folder):
         display.warn(trouble)
+    experiment = settled(experiment, display.note)
     guests, modules = build_all(experiment, display.note, covered=covered, sanitized=sanitized)
     built = [*guests, *([modules] if modules else [])]
     for note in experiment.notes():

@@ -8,6 +8,7 @@ See docs/python_api.md. Nothing is recorded; `kilotwin run` does that. The engin
 process.
 """
 
+import functools
 import time
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -42,7 +43,7 @@ from kilotwin.experiment.validation_errors import input_error
 from kilotwin.metrics.functions import LocalFunctions
 from kilotwin.metrics.meter import Meter
 from kilotwin.metrics.moment import Moment
-from kilotwin.programs.group import build_all, symbols_of
+from kilotwin.programs.group import build_all, settled, symbols_of
 from kilotwin.programs.guest_symbols import GuestSymbols
 from kilotwin.programs.translate.optimiser import Optimiser
 from kilotwin.runs.environment_record import EnvironmentMemory
@@ -146,8 +147,10 @@ class World:
             self._experiment = experiment_of(keys, settings)
         else:
             self._experiment = _loaded(Path(given.experiment), keys, settings)
+        warn = functools.partial(warnings.warn, stacklevel=2)
         for note in self._experiment.why_native():
-            warnings.warn(note, stacklevel=2)
+            warn(note)
+        self._experiment = settled(self._experiment, warn)
         guests, modules = build_all(self._experiment)
         self._optimiser = Optimiser([*guests, *([modules] if modules else [])])
         self._ran_s = self._went_on_s = 0.0

@@ -184,7 +184,8 @@ class Robots(Section):
     """Processor of `program`: `native`, this computer by the program's C; `translated`, this
     computer by the robot's machine code, with its cycles and its 16-bit `int`; `avr`, each robot's
     ATmega328P (`kilobot` medium only). `auto`: Kilobots run translated, foot-bots natively, and so
-    do Kilobots where avr-gcc is missing or a program lacks `kilo_start()`, which a line says."""
+    do Kilobots where avr-gcc is missing or a program lacks `kilo_start()`; programs with interrupt
+    handlers of their own, or for registers that only a chip has, on it. A line says so."""
     runtime: Runtime | None = None
     """`original`: a robot acts on RUN when its blink ends, within 201 ms; after `get_voltage()` the
     next distance is wrong; frames are lost while interrupts are held back for 17 us or more, as

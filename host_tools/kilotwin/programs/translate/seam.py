@@ -56,17 +56,6 @@ _NEEDED = ("kilo_ticks", "kilo_tx_period", "kilolib_robot", "kilo_message_rx", "
 _RECEIVER = "infrared_receive.c"
 _MESSAGE_IN_READER = 6  # offset in infrared_reader_t
 _DATA_MASK, _DATA = 0xFFFF, 0x800000  # addresses in data space, kept apart by a higher bit
-_VECTOR = "__vector_"
-# Those that the runtime has, and the engine serves or stands for.
-_RUNTIMES = {6, 11, 14, 19, 23}
-# fmt: off
-VECTORS = (
-    "RESET", "INT0", "INT1", "PCINT0", "PCINT1", "PCINT2", "WDT", "TIMER2_COMPA", "TIMER2_COMPB",
-    "TIMER2_OVF", "TIMER1_CAPT", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF", "TIMER0_COMPA",
-    "TIMER0_COMPB", "TIMER0_OVF", "SPI_STC", "USART_RX", "USART_UDRE", "USART_TX", "ADC",
-    "EE_READY", "ANALOG_COMP", "TWI", "SPM_READY",
-)
-# fmt: on
 
 
 @dataclass(frozen=True)
@@ -87,8 +76,6 @@ class Seam:
     """Whether the program has to do with kilo_tx_period itself."""
     original: bool
     """Whether its runtime has the traits of the published one."""
-    handlers: str
-    """The program's own interrupt handlers, "A, B"."""
     main_loop: tuple[int, int]
     """Begin of kilo_start(), and the address behind it."""
     delay: tuple[int, int]
@@ -106,7 +93,7 @@ class Seam:
         numbers += [self.message, self.distance, self.message_rx, int(self.names_period)]
         numbers += [int(self.original)]
         calls = ", ".join(map(str, self.calls))
-        return f'{{{{{calls}}}, {", ".join(map(str, numbers))}, "{self.handlers}"}}'
+        return f"{{{{{calls}}}, {', '.join(map(str, numbers))}}}"
 
 
 def seam_of(elf: Path, objects: Sequence[Path], *, original: bool = False) -> Seam:
@@ -139,7 +126,6 @@ def seam_of(elf: Path, objects: Sequence[Path], *, original: bool = False) -> Se
         message_rx=_address(everywhere, "kilo_message_rx"),
         names_period=any(_names(file, "kilo_tx_period") for file in objects),
         original=original,
-        handlers=", ".join(_own_handlers(everywhere)),
         main_loop=_extent(everywhere, "kilo_start"),
         delay=_extent(everywhere, "delay"),
         functions=tuple(functions),
@@ -243,10 +229,3 @@ def _rare(symbols: Sequence[tuple[str, Symbol]], own: Sequence[int]) -> Iterator
         begin = int(symbol["st_value"])
         if symbol.name in RARE and symbol["st_info"]["type"] == "STT_FUNC" and begin not in own:
             yield begin, begin + int(symbol["st_size"])
-
-
-def _own_handlers(symbols: Mapping[str, Symbol]) -> Iterator[str]:
-    for name in symbols:
-        number = name.removeprefix(_VECTOR)
-        if name != number and number.isdigit() and int(number) not in _RUNTIMES:
-            yield VECTORS[int(number)]

@@ -37,7 +37,6 @@ from kilotwin.programs.native.guest import (
     run_tool,
 )
 from kilotwin.programs.translate import seam, translator
-from kilotwin.programs.translate.silent_registers import silent_registers
 
 # Options for gcc's code: -O1, since the program in it is optimised already, and what brings most
 # of the speed of -O2 without its time: a better choice of what stays in this computer's registers.
@@ -113,8 +112,6 @@ def translated_guest(
     key = _key(version, flash, eeprom, met_at, covered=covered)
 
     def translate() -> list[str]:
-        for line in silent_registers(program, flash, image.elf, image.objects("program")):
-            notify(line)
         functions = seam.compiled_functions(image.elf)
         return translator.translate(flash, eeprom, met_at, functions, covered=covered)
 

@@ -11,7 +11,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.marks import Marks, marks_of_all, understood
-from kilotwin.programs.group import build_all, symbols_of
+from kilotwin.programs.group import build_all, settled, symbols_of
 from kilotwin.session.black_box import BlackBox
 from kilotwin.session.confined_worker import confine_trial, unconfined_because
 from kilotwin.session.fork import run_in_fork
@@ -75,6 +75,7 @@ def tasks_of(
     """Builds the programs; a task for each seed, from the experiment's on."""
     for note in experiment.notes():
         notify(f"{experiment.origin.source}: {note}")
+    experiment = settled(experiment, notify)
     built, modules = build_all(experiment, notify, covered=covered, sanitized=sanitized)
     guests = [str(guest.file) for guest in built]
     module_guest = None if modules is None else str(modules.file)

@@ -7,7 +7,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -18,7 +18,7 @@ from kilotwin.files import confinement
 from kilotwin.files.build_id import Target
 from kilotwin.files.interrupts import heeding_interrupts
 from kilotwin.programs.cache import Notify
-from kilotwin.programs.group import build_group
+from kilotwin.programs.group import build_group, settled
 from kilotwin.programs.native.guest import Guest
 from kilotwin.programs.port.twin import Mode, Native, Twins, native_kilobots
 from kilotwin.runs.folder import EXPERIMENT, slug, utc_now
@@ -82,6 +82,11 @@ class Estimate:
         )
 
 
+def _settled(plan: Plan, notify: Notify) -> Plan:
+    trials = [replace(trial, experiment=settled(trial.experiment, notify)) for trial in plan.trials]
+    return replace(plan, trials=trials)
+
+
 @dataclass
 class Sweep:
     """A plan and its data set.
@@ -108,6 +113,7 @@ class Sweep:
         native: list[Native] = []
         at_once = sum(cpu_s_of(trial.experiment) for trial in plan.trials) < _LONG_CPU_S
         notes = {note: None for trial in plan.trials for note in trial.experiment.notes()}
+        plan = _settled(plan, lambda note: notes.update({note: None}))
         for note in notes:
             notify(note)
         for trial in plan.trials:
