@@ -390,11 +390,13 @@ def _tier(cpu: str | None, keys: ExperimentSchema) -> Tier:
 
 def _lab(keys: ExperimentSchema, origin: ExperimentText) -> "tuple[tuple[int, LabRobot], ...]":
     """Uid and calibration of each robot: by `uids`, else the lab's with the lowest ones; none
-    where neither says anything."""
-    from kilotwin.experiment.lab_file import LabRobot, read_lab
-
-    uids = uids_of(keys)
+    where nothing is said of them."""
+    uids, gains = uids_of(keys), keys.swarm.gains
     path: KeyPath = ("swarm", "lab")
+    if (keys.swarm.lab, uids, gains) == (None, None, None):
+        return ()
+    from kilotwin.experiment.lab_file import LabRobot, read_lab, with_gains
+
     if keys.swarm.lab is not None:
         lab = read_lab(shown(find_file(keys.swarm.lab, path, origin)))
         chosen = list(lab.robots)[: swarm_size(keys)] if uids is None else uids
@@ -407,10 +409,11 @@ def _lab(keys: ExperimentSchema, origin: ExperimentText) -> "tuple[tuple[int, La
             raise InputError(f"{origin.where(path)}: {what}")
         robots = tuple((uid, lab.robots[uid]) for uid in chosen)
         source = lab.source
-    elif uids is not None:
-        robots, source, path = tuple((uid, LabRobot()) for uid in uids), "[[robots]]", ("robots",)
     else:
-        return ()
+        source, path = "[[robots]]", ("robots",)
+        robots = tuple((uid, LabRobot()) for uid in uids or range(1, swarm_size(keys) + 1))
+    if gains is not None:
+        robots = tuple((uid, with_gains(robot, gains)) for uid, robot in robots)
     informed = max((first + count for _, first, count in informed_ranges(keys)), default=0)
     if any(uid != index for index, (uid, _) in enumerate(robots[:informed], 1)):
         what = f"informed robots need the uids 1 to {informed}, which {source} does not have"

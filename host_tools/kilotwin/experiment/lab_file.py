@@ -13,12 +13,13 @@ Written by `table/lab/lab_store.py`.
 """
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field, ValidationError
 
 from kilotwin.errors import InputError
@@ -26,6 +27,7 @@ from kilotwin.experiment.schema.section import LAST_UID, Byte, Section, Text
 from kilotwin.experiment.text import ExperimentText, parse_toml
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
+from kilotwin.files.headers import CONTACT_MM, GAIN_ENTRIES, GAIN_SPACING_MM
 
 TABLES = ("low_gain", "high_gain")
 
@@ -100,6 +102,20 @@ def parse_lab(text: str, file: Path) -> Lab:
         raise InputError(f"{origin.where(path)}: {what}")
     robots = {int(uid): robot for uid, robot in keys.robot.items()}
     return Lab(str(file), dict(sorted(robots.items())))
+
+
+def with_gains(robot: LabRobot, measured: Sequence[Sequence[float]]) -> LabRobot:
+    """The robot, with tables between readings of others where it has none of its own.
+
+    `measured`: distance in mm, centre to centre, low and high gain, with rising distances. Nearer
+    than the first and farther than the last the readings are as there.
+    """
+    if robot.low_gain is not None:
+        return robot
+    distances = [CONTACT_MM + GAIN_SPACING_MM * entry for entry in range(GAIN_ENTRIES)]
+    at, *tables = np.array(measured, np.float64).T
+    low, high = (np.rint(np.interp(distances, at, table)).astype(int).tolist() for table in tables)
+    return robot.model_copy(update={"low_gain": low, "high_gain": high})
 
 
 def _problems(keys: LabSchema) -> Iterator[tuple[KeyPath, str]]:

@@ -44,7 +44,6 @@ def test_robots_come_in_the_order_of_their_uids() -> None:
     assert lab.robots[12].turn_right is None
     assert lab.robots[12].motors is not None
     assert lab.robots[12].motors.how == "by hand"
-    assert list(lab.robots)[:2] == [3, 12]
 
 
 @pytest.mark.parametrize(
@@ -100,7 +99,7 @@ def test_an_experiments_robots_are_the_labs_with_the_lowest_uids(
 
 def test_a_command_for_a_robot_is_for_its_uid_in_the_lab(load: Load, tmp_path: Path) -> None:
     (tmp_path / "lab.toml").write_text(LAB)
-    command = '[[command]]\nat_s = 1\nsend = "run"\nrobot = 1\n'
+    command = '[[command]]\nat_s = 1\nsend = "run"\nrobot = 12\n'
     assert [(first, last) for _, first, last, _, _ in commands(load(SWARM + command))] == [(12, 12)]
 
 
@@ -124,3 +123,48 @@ def test_informed_robots_need_the_first_uids(load: Load, tmp_path: Path) -> None
     site = '[[site]]\nname = "a"\ncentre_m = [0.0, 0.0]\ndiameter_m = 0.2\n[controller]\n'
     with pytest.raises(InputError, match="informed robots need the uids 1 to 1"):
         load(SWARM + "informed = 0.5\ninformed_for = {a = 1.0}\n" + site)
+
+
+GAINS = "[[33, 900, 1023], [63, 600, 903], [98, 250, 553]]"
+MEASURED = f"""duration_s = 1
+[arena]
+diameter_m = 1
+[swarm]
+profile = "kilobot"
+program = "blink.c"
+size = 2
+gains = {GAINS}
+"""
+
+
+def test_a_few_readings_are_one_table_for_all_robots(load: Load) -> None:
+    (first, one), (second, other) = load(MEASURED).lab
+    assert (first, second) == (1, 2)
+    assert one.low_gain == [900 - 50 * step for step in range(7)] + [550 - 50 * k for k in range(7)]
+    assert one.high_gain == [1023 - 20 * k for k in range(7)] + [853 - 50 * k for k in range(7)]
+    assert other == one
+    assert one.turn_left is None
+
+
+def test_robots_keep_the_tables_of_their_lab(load: Load, folder: Path) -> None:
+    (folder / "lab.toml").write_text(LAB)
+    lab = dict(load(MEASURED.replace("size = 2", 'size = 2\nlab = "lab.toml"')).lab)
+    assert lab[3].low_gain == LOW
+    assert lab[12].low_gain is not None
+    assert lab[12].low_gain[:2] == [900, 850]
+    assert lab[12].turn_left == 65
+
+
+@pytest.mark.parametrize(
+    ("gains", "said"),
+    [
+        ("[[60, 600, 900], [33, 500, 800]]", "33 mm comes after 60 mm; write the nearest"),
+        ("[[33, 600, 900], [60, 700, 800]]", "a reading rises from 33 to 60 mm"),
+        ("[[33, 600, 900], [60, 500, 901]]", "a reading rises from 33 to 60 mm"),
+        ("[[33, 600, 900]]", "gains has 1 item; it must have at least 2"),
+        ("[[33, 600], [60, 500]]", "has 2 items; it must have 3"),
+    ],
+)
+def test_readings_that_cannot_be_are_refused(gains: str, said: str, load: Load) -> None:
+    with pytest.raises(InputError, match=said):
+        load(MEASURED.replace(GAINS, gains))

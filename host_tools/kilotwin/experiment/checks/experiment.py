@@ -89,6 +89,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     yield from object_problems(experiment)
     yield from _programs(experiment)
     yield from _uids(experiment)
+    yield from _gains(experiment)
     yield from _room(experiment)
     yield from _aggregation(experiment)
     yield from _states(experiment)
@@ -179,6 +180,17 @@ def _uids(experiment: ExperimentSchema) -> Iterator[Problem]:
             "+ 1, or index + swarm.first_uid)"
         )
         yield Problem(what, (("robots",),))
+
+
+def _gains(experiment: ExperimentSchema) -> Iterator[Problem]:
+    for index, (near, far) in enumerate(itertools.pairwise(experiment.swarm.gains or []), 1):
+        path: KeyPath = ("swarm", "gains", index)
+        if far[0] <= near[0]:
+            what = f"{far[0]:g} mm comes after {near[0]:g} mm; write the nearest distance first"
+            yield Problem(what, (path,))
+        if far[1] > near[1] or far[2] > near[2]:
+            what = f"a reading rises from {near[0]:g} to {far[0]:g} mm; they fall with the distance"
+            yield Problem(what, (path,))
 
 
 def _without_pulses(path: KeyPath, what_runs: str) -> Problem:

@@ -140,6 +140,9 @@ class Site(Section):
     """On a grid: the light of its cells. If left out: green, blue, yellow ... in turn."""
 
 
+Gain = Annotated[list[Reading10], Field(min_length=3, max_length=3)]
+
+
 class Swarm(InformedShares):
     """The robots. `program` and `size`, or `[[robots]]` for several programs."""
 
@@ -161,6 +164,10 @@ class Swarm(InformedShares):
     """A file that declares the parameters of the robots' program, for `[parameters]`."""
     lab: Text | None = None
     """A `lab.toml` whose robots these are, by uid from the lowest on: uids, duties, gains."""
+    gains: Annotated[list[Gain], Field(min_length=2)] | None = None
+    """What robots of a lab read at a few distances, [mm from centre to centre, low gain, high gain]
+    each, nearest first: one table for all robots that `lab` has none of. Between them it is linear,
+    nearer and farther constant."""
     first_uid: Uid | None = None
     """The uid of the first robot; the others follow it. 1 if left out; see `robots.uids`."""
     floor: bool
