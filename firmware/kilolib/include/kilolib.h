@@ -87,4 +87,9 @@ void set_color(uint8_t rgb);
 }
 #endif
 
+// A program that defines this was written for the Kilombo simulator, whose kilolib.h has its names.
+#ifdef SIMULATOR
+#include "kilombo.h"
+#endif
+
 #endif

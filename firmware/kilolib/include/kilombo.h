@@ -15,4 +15,13 @@
 /// Callbacks of the simulator's own; a robot has none of them.
 #define SET_CALLBACK(ID, CALLBACK)
 
+/// The same as variables, which older programs set. Nothing calls what they hold. A program may
+/// declare them `extern` once more.
+static char *(*callback_botinfo)(void) __attribute__((unused));
+static void (*callback_F5)(void) __attribute__((unused));
+static void (*callback_F6)(void) __attribute__((unused));
+static void (*callback_global_setup)(void) __attribute__((unused));
+static int16_t (*user_obstacles)(double, double, double *, double *) __attribute__((unused));
+static int16_t (*user_light)(double, double) __attribute__((unused));
+
 #endif
