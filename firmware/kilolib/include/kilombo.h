@@ -17,7 +17,7 @@
 
 /// The same as variables, which older programs set. Nothing calls what they hold. A program may
 /// declare them `extern` once more.
-static char *(*callback_botinfo)(void) __attribute__((unused));
+static char *(*callback_botinfo)(void)__attribute__((unused));
 static void (*callback_F5)(void) __attribute__((unused));
 static void (*callback_F6)(void) __attribute__((unused));
 static void (*callback_global_setup)(void) __attribute__((unused));
