@@ -293,9 +293,13 @@ def _environment(experiment: ExperimentSchema) -> Iterator[Problem]:
     if experiment.grid is not None:
         what = "a grid's cells do what camera and overhead controller would; remove one of them"
         yield Problem(what, (("environment",), ("grid",)))
-    from kilotwin.experiment.spec.ark import MOST_UID
+    from kilotwin.experiment.spec.ark import WORD_BITS, Layout
 
-    last = MOST_UID
+    bits: KeyPath = ("environment", "word_bits")
+    if sum(experiment.environment.word_bits) != WORD_BITS:
+        total = sum(experiment.environment.word_bits)
+        yield Problem(f"these are {total} bits; a word has {WORD_BITS}", (bits,))
+    last = Layout(*experiment.environment.word_bits).most_uid
     if swarm_size(experiment) > last:
         what = f"words reach robots 1 to {last}; take fewer robots, or remove [environment]"
         yield Problem(what, (("environment",),))

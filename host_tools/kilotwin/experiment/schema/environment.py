@@ -37,6 +37,11 @@ class EnvironmentTable(Section):
     """Error of a heading: standard deviation. A guess."""
     missed: Share = 0.01
     """Share of robots not found in a picture. A guess."""
+    word_bits: Annotated[
+        list[Annotated[int, Field(ge=0, le=24)]], Field(min_length=3, max_length=3)
+    ] = [10, 4, 10]
+    """Bits of a word's uid, type and value, highest first, 24 in all; older programs for ARK have
+    other ones, as [8, 4, 12] or [8, 0, 16]."""
     message_s: Annotated[float, Field(ge=0.035, le=1)] = 0.05
     """How long the overhead controller transmits a message, with words for three robots. ARK: 50
     ms; a packet takes 34 ms on its line (hardware.md 1.13)."""

@@ -11,13 +11,13 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from kilotwin.experiment.spec.ark import WORDS, Word, pack
+from kilotwin.experiment.spec.ark import MESSAGE_TYPE, WORDS, Layout, Word
 from kilotwin.experiment.spec.overhead import DATA_BYTES, message
 from kilotwin.table.links.packets import OVERHEAD_BAUD, PACKET_BYTES, Overhead, encode
 
 PACKET_S = PACKET_BYTES * 10 / OVERHEAD_BAUD
 """A packet on the line, 8N1."""
-_FIRST_USER_TYPE, _LAST_USER_TYPE = 1, 0x7F
+_LAST_USER_TYPE = 0x7F
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +47,10 @@ class Sending:
 class Outbox:
     """A `protocol.Sender`, with what it was given."""
 
-    def __init__(self, message_s: float, uids: Iterable[int]) -> None:
-        """`message_s`: from packet to packet, PACKET_S at least. `uids`: those that may be told."""
-        self._message_s = message_s
+    def __init__(self, message_s: float, uids: Iterable[int], layout: Layout) -> None:
+        """`message_s`: from packet to packet, PACKET_S at least. `uids`: those that may be told.
+        `layout`: of words."""
+        self._message_s, self._layout = message_s, layout
         self._uids = frozenset(uids)
         self._words: OrderedDict[tuple[int, int], Wanted] = OrderedDict()
         self._for_all: OrderedDict[int, Wanted] = OrderedDict()
@@ -68,15 +69,15 @@ class Outbox:
 
     def __call__(self, uid: int, value: int, type: int = 0) -> None:
         """See protocol.Sender."""
-        word = Word(uid, type, value)
+        word = self._layout.word(uid, type, value)
         if uid not in self._uids:
             raise ValueError(f"there is no robot with the uid {uid}")
         self._want(self._words, (uid, type), Wanted(self.now_s, word))
 
     def to_all(self, data: Iterable[int], type: int) -> None:
         """See protocol.Sender."""
-        if not _FIRST_USER_TYPE <= type <= _LAST_USER_TYPE:
-            allowed = f"{_FIRST_USER_TYPE} to {_LAST_USER_TYPE}"
+        if not MESSAGE_TYPE <= type <= _LAST_USER_TYPE:
+            allowed = f"{MESSAGE_TYPE} to {_LAST_USER_TYPE}"
             raise ValueError(f"type is {type}; for all robots it must be {allowed}")
         data = bytes(data)
         if len(data) > DATA_BYTES:
@@ -126,4 +127,4 @@ class Outbox:
         count = min(WORDS, len(self._words))
         told = tuple(self._words.popitem(last=False)[1] for _ in range(count))
         words = [wanted.word for wanted in told if wanted.word is not None]
-        return encode(Overhead.FORWARDMSG, pack(words)), told
+        return encode(Overhead.FORWARDMSG, self._layout.pack(words)), told

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.spec.ark import MOST_UID
+from kilotwin.experiment.spec.ark import Layout
 from kilotwin.table.environment.outbox import Outbox, Sending
 from kilotwin.table.environment.program import EnvironmentProgram
 from kilotwin.table.environment.protocol import Seen, arena_of
@@ -37,15 +37,16 @@ class Play:
         assert keys is not None
         assert named is not None
         arena = arena_of(experiment, lambda text: listener.note(self.outbox.now_s, text))
-        far = next((uid for uid in arena.uids if uid > MOST_UID), None)
+        layout = Layout(*keys.word_bits)
+        far = next((uid for uid in arena.uids if uid > layout.most_uid), None)
         if far is not None:
-            what = f"words reach uids 0 to {MOST_UID}; {experiment.keys.swarm.lab} has {far}"
+            what = f"words reach uids 0 to {layout.most_uid}; one robot has {far}"
             raise experiment.error(("environment",), what)
         self._listener = listener
         self._latencies: list[float] = []
         self._packets = 0
         self.pictures = 0
-        self.outbox = Outbox(keys.message_s, arena.uids)
+        self.outbox = Outbox(keys.message_s, arena.uids, layout)
         self.program = EnvironmentProgram(named.file, named.name, arena, keys.settings)
 
     def show(self, seen: Seen, now_s: float) -> None:

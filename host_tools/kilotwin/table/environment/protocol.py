@@ -43,11 +43,13 @@ class Sender(Protocol):
     """Words to robots. None is sent at once: the overhead controller takes them in turn."""
 
     def __call__(self, uid: int, value: int, type: int = 0) -> None:
-        """A word to one robot: `value` is 0 to 1023, `type` 0 to 15. It takes the place of one of
+        """A word to one robot: `value` is 0 to 1023, `type` 0 to 15, unless `word_bits` of
+        [environment] says otherwise. It takes the place of one of
         this type that the robot has not been sent yet. ValueError for what does not fit."""
 
     def to_all(self, data: Iterable[int], type: int) -> None:
-        """Up to nine bytes to all robots, before any words; `type` is 1 to 127."""
+        """Up to nine bytes to all robots, before any words; `type` is 0 to 127; robots
+        that look for words take one of type 0 for three of them."""
 
 
 class Environment(Protocol):
