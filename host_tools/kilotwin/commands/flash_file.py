@@ -25,12 +25,14 @@ def is_built(
     file: Path, include: list[str] | None, define: list[str] | None, api: Api | None = None
 ) -> bool:
     """Whether it is a .hex; InputError if options for building go with it, or if it is neither
-    that nor a program."""
+    that nor a program for `api`."""
     built = file.suffix.lower() in HEX_SUFFIXES
     if built and (include or define):
         raise InputError(f"{file} is built already; -I and -D are for a .c or a folder")
     if not built:
-        _program_of(file, include or [], define or [], api)
+        program = _program_of(file, include or [], define or [], api)
+        if wrong := wrong_target(program):
+            raise wrong
     return built
 
 
@@ -70,10 +72,7 @@ def _build(
     api: Api | None,
 ) -> Path:
     program = _program_of(file, include, define, api)
-    try:
-        image = build_image(program, display.step)
-    except InputError as error:
-        raise wrong_target(program) or error from None
+    image = build_image(program, display.step)
     if not force:
         from kilotwin.programs.port.trial import Trial
 
