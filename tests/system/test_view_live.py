@@ -284,7 +284,7 @@ def test_a_run_is_steered_from_its_page_and_says_so(
         comes(page, lambda: acts(folder / "steered")[-1] == "turn")
         assert page.inner_text("#said") == ""
         page.select_option("#steering select", "sleep")
-        page.fill("#steering form input", f"robot = {robot}")
+        page.fill("#steering form input", f"robot = {robot + 1}")
         page.click("#steering form button")
         comes(page, lambda: acts(folder / "steered")[-1] == "send")
         assert page.inner_text("#said") == ""

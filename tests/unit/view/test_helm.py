@@ -34,7 +34,7 @@ def helm(begin: Begin) -> Helm:
 def test_a_command_is_the_message_that_the_experiment_would_send(helm: Helm) -> None:
     order = helm.order({"do": "command", "keys": {"send": "pause", "robot": 3}})
     assert order["do"] == "send"
-    assert order["messages"] == [{"data": [0] * 9 + [0x85], "uid_first": 4, "uid_last": 4}]
+    assert order["messages"] == [{"data": [0] * 9 + [0x85], "uid_first": 3, "uid_last": 3}]
     assert order["told"] == "[[command]] send = pause, robot = 3"
     near = {"send": "user", "type": 7, "data": [1, 2], "centre_m": [0.5, 0.0], "within_m": 0.2}
     (message,) = helm.order({"do": "command", "keys": near})["messages"]
@@ -47,7 +47,7 @@ def test_a_command_is_the_message_that_the_experiment_would_send(helm: Helm) -> 
     [
         ({"send": "jump"}, 'send is "jump"'),
         ({}, "send"),
-        ({"send": "pause", "robot": 10}, "robots"),
+        ({"send": "pause", "robot": 11}, "robots"),
         ({"send": "pause", "at_s": 3}, "acts now"),
         ({"send": "user"}, "type"),
     ],
