@@ -51,7 +51,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     text = EXPERIMENT.format(duration_s=2, size=8)
     command = '[[command]]\nat_s = 0.1\nsend = "run"\n'
     for robot in range(8):
-        act = f'[[command]]\nat_s = 1\nsend = "user"\ntype = 1\ndata = [{robot}]\nrobot = {robot + 1}\n'
+        act = f'[[command]]\nat_s = 1\nsend = "user"\ntype = 1\ndata = [{robot}]\n'
+        act += f"robot = {robot + 1}\n"
         command += act
     (made / "undefined.toml").write_text(text + command)
     return made
