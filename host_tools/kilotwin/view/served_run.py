@@ -27,7 +27,7 @@ REPORTED = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
 
 def _line(event: dict[str, Any]) -> str:
     """An event in small letters, as the page shows it (facts.ts)."""
-    who = f"robot {event['robot'] + 1}: " if "robot" in event else ""
+    who = f"robot {event.get('uid', event['robot'] + 1)}: " if "robot" in event else ""
     if "module" in event:
         who = f"module {'-'.join(map(str, event['module']))}: "
     return f"{who}{event.get('kind')} {event.get('text', '')}".lower()

@@ -124,8 +124,8 @@ function counterRows(counters: Counters | undefined): Row[] {
 }
 
 // `robot 5: `, `module 1-2: `; "" where it is of neither.
-export function whoOf({ robot, module }: RunEvent): string {
-  if (robot !== undefined) return `robot ${robot + 1}: `;
+export function whoOf({ robot, uid, module }: RunEvent): string {
+  if (robot !== undefined) return `robot ${uid ?? robot + 1}: `;
   return Array.isArray(module) ? `module ${module.join("-")}: ` : "";
 }
 

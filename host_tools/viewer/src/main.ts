@@ -12,7 +12,7 @@ import { showBuses } from "./bus";
 import { Moments, type Moment } from "./live";
 import { SteeringBar } from "./steering";
 import { Pane, type Layers, type Picked } from "./pane";
-import type { RunEvent, RunState, Scene } from "./scene";
+import { robotOf, uidOf, type RunEvent, type RunState, type Scene } from "./scene";
 import { Server, type Source } from "./source";
 
 const RUNNING = "running";
@@ -96,17 +96,19 @@ class Page {
 
   // Goes to the moment, and chooses the robot, that the page's address names.
   private heedLink(): void {
-    const { timeS, robot } = linkOf(location.hash);
+    const { timeS, robot: uid } = linkOf(location.hash);
     if (timeS !== null) this.go(timeS);
-    const pane = this.panes[0];
-    if (robot !== null && pane.placeOf(robot - 1) >= 0) this.pick(pane, 0, { robot: robot - 1 });
+    if (uid === null) return;
+    const robot = robotOf(this.scenes[0], uid);
+    if (this.panes[0].placeOf(robot) >= 0) this.pick(this.panes[0], 0, { robot });
   }
 
   // The page's address names what is shown, to be sent or kept.
   private nameInLink(): void {
     const timeS = this.clock.following ? null : this.clock.timeS;
     const robot = this.inspector.robot;
-    const hash = hashOf({ timeS, robot: robot === null ? null : robot + 1 });
+    const uid = robot === null ? null : uidOf(this.scenes[0], robot);
+    const hash = hashOf({ timeS, robot: uid });
     if (hash !== location.hash) history.replaceState(null, "", hash || location.pathname);
   }
 

@@ -74,6 +74,7 @@ export interface RunEvent {
   time_s: number;
   kind: string;
   robot?: number;
+  uid?: number; // older runs have none
   text?: string;
   [more: string]: unknown;
 }
@@ -118,4 +119,9 @@ export function boxOf(shape: Shape): [number, number, number, number] {
 // The uid with which a robot begins, by its index.
 export function uidOf(scene: Scene, robot: number): number {
   return scene.uids?.[robot] ?? robot + 1;
+}
+
+// The index of the robot that begins with that uid; -1: there is none.
+export function robotOf(scene: Scene, uid: number): number {
+  return scene.uids ? scene.uids.indexOf(uid) : uid - 1;
 }
