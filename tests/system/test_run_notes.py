@@ -115,7 +115,10 @@ def test_a_uid_of_0_that_no_robot_has_is_told_with_its_line(
     kilotwin: Kilotwin, tmp_path: Path, test: str
 ) -> None:
     said = notes(kilotwin, tmp_path, loop=test)
-    assert said == "program.c:8: kilo_uid is compared with 0, which no robot has: they have 1 to 3"
+    assert said == (
+        "program.c:8: kilo_uid is compared with 0, which no robot has: they have 1 to 3; "
+        "swarm.first_uid = 0 counts from 0"
+    )
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def of_programs(experiment: Experiment, stats: dict[str, Any]) -> Iterator[str]:
         for place in () if 0 in uids else facts["asks_for_uid_0"]:
             yield (
                 f"{place}: kilo_uid is compared with 0, which no robot has: they have {min(uids)} "
-                f"to {max(uids)}"
+                f"to {max(uids)}; swarm.first_uid = 0 counts from 0"
             )
     received = stats["frames_received"]
     if received and experiment.keys.grid is None and not listens:
