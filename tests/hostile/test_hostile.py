@@ -161,7 +161,7 @@ DAMAGED = "is damaged; one of the programs wrote into the run folder"
 # Ways of ends_run.c of which more is said than that the process ended: a part of it.
 SAID = {
     **dict.fromkeys((1, 2, 3, 4, 10, 14, 15), LAST),
-    13: "last to run was ends_run robot 3",  # which found the damage of another of them
+    13: "last to run was ends_run robot",  # the one that finds the damage
     11: f"manifest.json: {DAMAGED}",
     12: "cannot write (is a directory)",
     16: f"robots.arrows: {DAMAGED}",

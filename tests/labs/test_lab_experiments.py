@@ -182,7 +182,8 @@ def test_robots_of_collective_perception_agree_on_a_colour_that_there_is() -> No
     )
     time_s = np.array([report["time_s"] for report in reports])
     assert set(opinion[time_s < 10]) >= {0, 1, 2}
-    assert np.bincount(opinion[time_s > 200])[:2].max() > 0.8 * np.count_nonzero(time_s > 200)
+    # At the start none of the five has half of them; of so few some never give theirs up.
+    assert np.bincount(opinion[time_s > 200])[:2].max() > 0.6 * np.count_nonzero(time_s > 200)
     # A disseminating robot's queue is full of opinions: few of its reports get in.
     assert 0 < np.mean(state == 2) < 0.4
     assert {1, 2} <= set(action) <= {0, 1, 2}

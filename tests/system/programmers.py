@@ -57,8 +57,10 @@ def serving(chip: Path, environment: Mapping[str, str]) -> Iterator[str]:
         text=True,
     ) as process:
         assert process.stdout is not None
-        yield json.loads(process.stdout.readline())["port"]
-        process.terminate()
+        try:
+            yield json.loads(process.stdout.readline())["port"]
+        finally:
+            process.terminate()
         _, errors = process.communicate(timeout=120)
         assert process.returncode == 0, errors
 

@@ -171,7 +171,7 @@ def _own_defines(
         return ()
     around = dict.fromkeys([*(source.parent for source in sources), *folders])
     files = [*sources, *(header for folder in around for header in sorted(folder.glob("*.h")))]
-    asks = any(_ASKS_FOR_IT.search(file.read_bytes()) for file in files)
+    asks = any(_ASKS_FOR_IT.search(file.read_bytes()) for file in files if file.is_file())
     return (_FOR_THE_ROBOT,) if asks else ()
 
 

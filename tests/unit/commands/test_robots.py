@@ -123,7 +123,7 @@ def test_watch_shows_table_after_table_until_it_is_interrupted(link: Link) -> No
     link.answers = [[vitals(7)], [vitals(8)]]
     done = typed("watch")
     assert done.exit_code == 0
-    assert "1 robots answer" in done.stdout
+    assert "1 robot answers" in done.stdout
     assert "2 robots answer" in done.stdout
     assert "2 robots have answered" in done.stderr
 

@@ -53,6 +53,7 @@ def test_a_program_sees_frames_whichever_way_it_reads_a_sensor(
         count=2,
         arena=0.3,
         profile="kilobot",
+        cpu="native",
         medium={"kind": "kilobot"},
         light={"ambient": 300},
         poses=[[-0.03, 0, 0], [0.03, 0, 0]],
