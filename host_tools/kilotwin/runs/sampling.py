@@ -1,12 +1,15 @@
 """Whether a run's samples are far enough apart to hide what its programs do."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kilotwin.runs.reader import Run
 from kilotwin.units import seconds
+
+if TYPE_CHECKING:
+    from kilotwin.runs.reader import Run
 
 DECISION_S = "decision_s"
 """Key of a summary: seconds from one change of LED or motors to the next, of the program whose
@@ -26,7 +29,7 @@ def decision_s(
     return round(simulated_s / most, 3) if most > 0 else None
 
 
-def coarseness(run: Run, frame_s: float = 0.0) -> str:
+def coarseness(run: "Run", frame_s: float = 0.0) -> str:
     """A line if programs change LED or motors more often than they were sampled; "" if not, or if
     what is shown, each `frame_s` of the run, hides more."""
     summary = run.manifest.get("summary") or {}
