@@ -9,6 +9,7 @@ process.
 """
 
 import functools
+import inspect
 import time
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -498,6 +499,15 @@ class World:
         self._simulation.send(message_of(command, profile), *to, region(command))
 
 
+def _beside() -> Path:
+    """The folder of the Python file that asks for a world; the current one in a notebook."""
+    frame = inspect.currentframe()
+    while frame is not None and frame.f_globals.get("__name__", "").startswith("kilotwin."):
+        frame = frame.f_back
+    file = None if frame is None else Path(frame.f_code.co_filename)
+    return file.resolve().parent if file is not None and file.is_file() else Path.cwd()
+
+
 def _loaded(file: Path, keys: Mapping[str, Any], settings: list[Setting]) -> Experiment:
     """The experiment of a file, beside which `World` takes no keys."""
     key = key_of(file)
@@ -506,7 +516,8 @@ def _loaded(file: Path, keys: Mapping[str, Any], settings: list[Setting]) -> Exp
         raise InputError(f'{what}; type World({key}="{file}")')
     if keys:
         raise InputError(f"World: '{next(iter(keys))}' goes without a file; use set=[...]")
-    return Experiment.load(file, settings)
+    beside = _beside() / file
+    return Experiment.load(beside if beside.exists() and not file.exists() else file, settings)
 
 
 def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experiment:
@@ -525,7 +536,7 @@ def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experimen
         raise InputError(f"World: '{next(iter(kind))}' goes without robots=; write it in there")
     if kind:
         poses = kind.get("poses")
-        if kind.get("count") is None:
+        if kind.get("count") is None and not isinstance(poses, str):
             kind["count"] = len(poses) if isinstance(poses, list) else 1
         tables["robots"] = [kind]
     return Experiment.of(_origin(tables, settings))
@@ -551,7 +562,7 @@ def _arena(given: Any) -> Any:
 def _origin(
     tables: dict[str, Any], settings: list[Setting], source: str = "World"
 ) -> ExperimentText:
-    return ExperimentText(source, Path.cwd(), _plain(tables), "", settings)
+    return ExperimentText(source, _beside(), _plain(tables), "", settings)
 
 
 def _plain(value: Any) -> Any:

@@ -2,6 +2,7 @@
 
 import math
 import re
+import runpy
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -362,3 +363,27 @@ def test_the_documents_test_passes(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
     assert "1 passed" in done.stdout
     assert len((tmp_path / "test_blink.py").read_text().splitlines()) <= 12
+
+
+def test_files_are_found_beside_the_python_file_that_names_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab = tmp_path / "lab"
+    (lab / "poses").mkdir(parents=True)
+    (lab / "idle.c").write_text(
+        "#include <kilolib.h>\nvoid setup(void) {}\nvoid loop(void) {}\n"
+        "int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }\n"
+    )
+    (lab / "start.csv").write_text("x_m,y_m,heading_rad\n0,0,0\n0.1,0,0\n")
+    (lab / "idle.toml").write_text(
+        'duration_s = 1\n[arena]\ndiameter_m = 1\n[swarm]\nprofile = "kilobot"\n'
+        'program = "idle.c"\nsize = 3\n'
+    )
+    code = (
+        "from kilotwin import World\n"
+        'with World(program="idle.c", poses="start.csv") as world: found = [len(world.poses)]\n'
+        'with World("idle.toml") as world: found.append(len(world.poses))\n'
+    )
+    (lab / "asks.py").write_text(code)
+    monkeypatch.chdir(tmp_path)
+    assert runpy.run_path(str(lab / "asks.py"))["found"] == [2, 3]
