@@ -140,7 +140,7 @@ nb::object hummed_of(const PythonSimulation &self) {
     return array_of(std::move(hummed));
 }
 
-// Of one robot: (tick since RUN, nine data bytes and the type, distance in mm).
+// A reception is (tick since RUN, nine data bytes and the type, distance in mm).
 nb::list heard_by(const PythonSimulation &self, uint32_t robot) {
     nb::list out;
     for (const Heard &heard : self.simulation().heard_by(robot)) {

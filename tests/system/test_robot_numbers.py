@@ -1,4 +1,4 @@
-"""A robot has one number for whoever reads or types it: its uid."""
+"""A robot has one number wherever it is read or typed: its uid."""
 
 import json
 from pathlib import Path

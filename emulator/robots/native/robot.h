@@ -125,9 +125,8 @@ class alignas(64) NativeRobot final : public NativeGuest, private NativeRobotSta
     template <typename Callback> void interrupt(const kt_table_t &table, Callback callback);
 
     // Messages and commands.
-    void take_message();
-    void write_down(const Reception &reception)
-        const;  ///< of a robot that is listened to  ///< the first of the inbox: a command, or the program's
+    void take_message();  ///< the first of the inbox: a command, or the program's
+    void write_down(const Reception &reception) const;  ///< of a robot that is listened to
     bool receives(const Reception &reception);
     void obey(const message_t &message);
     void start_motion();

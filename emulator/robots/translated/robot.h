@@ -138,7 +138,7 @@ class TranslatedRobot : private translated_chip_t {
     void take_edge(uint16_t delay = 0);  ///< delay_of_start()
     bool frame_is_alone() const;         ///< the one that has the next edge
     uint64_t next_of_frame() const;
-    /// Of the runtime's reader: whether a frame's leader is being received.
+    /// Whether the runtime's reader is in a frame's leader.
     uint8_t &measures() { return data[seam_.message - offsetof(infrared_reader_t, message)]; }
     bool edge_matters();
     bool loses_edge(uint64_t now) const;

@@ -164,7 +164,8 @@ class Experiment:
 
     def robot_of(self, uid: int) -> int | None:
         """The index of the robot that begins with that uid; None: there is none."""
-        return self.uids.index(uid) if uid in self.uids else None
+        uids = self.uids
+        return uids.index(uid) if uid in uids else None
 
     def group_of(self, robot: int) -> Group:
         """The group of the robot with that id."""

@@ -133,7 +133,7 @@ def _read(file: Path) -> str:
 
 
 def _folder(folder: Path) -> str:
-    """What to type for a folder that was named in place of an experiment."""
+    """The command to type for a folder that was named in place of an experiment."""
     if (folder / "manifest.json").is_file():
         again = folder / "experiment.toml"
         return f"a run folder; to see it type: kilotwin view {folder}; again: kilotwin run {again}"

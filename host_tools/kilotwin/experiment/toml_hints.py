@@ -1,4 +1,4 @@
-"""What to write in place of a line that is no TOML: habits of other formats and languages."""
+"""Hints on a line that is no TOML: habits of other formats and languages."""
 
 import json
 import re
@@ -73,7 +73,7 @@ _MESSAGES = (
 
 
 def hint(text: str, line: int, what: str) -> str:
-    """What to write in that line of `text`, the number of one from 1; `what` is wrong with it."""
+    """The hint on that line of `text`, the number of one from 1; `what` is wrong with it."""
     if text.lstrip().startswith("{"):
         return f"this is JSON; an experiment is TOML: {_of_json(text)}"
     lines = text.splitlines()

@@ -18,7 +18,7 @@ _MS = "delay(1000) waits 1,000 ms; a loop() that compares kilo_ticks, 31 a secon
 _TICKS = "kilo_ticks counts 31 a second"
 _CHANCE = "rand_soft() and rand_hard() give a byte, rand() of stdlib.h an int"
 _ARDUINO = "that is Arduino's: a Kilobot has set_color(), set_motors() and kilo_ticks"
-# What a robot has in place of what a PC, or another board, has.
+# The robot's piece in place of each that a PC, or another board, has.
 _INSTEAD = {
     **dict.fromkeys(("sleep", "usleep", "nanosleep", "msleep", "thrd_sleep"), _MS),
     **dict.fromkeys(("delayMicroseconds", "wait_ms", "delay_ms"), _MS),
@@ -63,7 +63,7 @@ def check_absent(program: Program, nm: str, objects: Sequence[Path]) -> None:
 
 
 def _absent(program: Program, names: Iterable[str]) -> str:
-    """What the target has in place of some of these; "" if it is known of none."""
+    """The target's pieces in place of some of these; "" if it is known of none."""
     known = [name for name in names if name in _INSTEAD]
     if not known:
         return ""

@@ -1,4 +1,4 @@
-"""What was named in place of a run folder, and what to type."""
+"""The error for a path that is no run folder: its kind, and what to type."""
 
 from pathlib import Path
 

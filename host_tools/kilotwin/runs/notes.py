@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from kilotwin.errors import KilotwinError
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.units import counted
 
 if TYPE_CHECKING:
     from kilotwin import _emulator
@@ -14,14 +15,14 @@ _HUMMED_S = 5.0
 
 
 def of_robots(simulation: "_emulator.Simulation", experiment: Experiment) -> Iterator[str]:
-    """What a run's robots did."""
+    """Notes on motors that hummed and on frames that reached no robot."""
     hummed, first = simulation.hummed_s(), 0
     for group in experiment.groups:
         of_group = hummed[first : first + group.count]
         first += group.count
         if robots := int((of_group >= _HUMMED_S).sum()):
             yield (
-                f"{group.program.name}: motors of {_robots(robots)} were on for up to "
+                f"{group.program.name}: motors of {counted(robots, 'robot')} were on for up to "
                 f"{of_group.max():,.0f} s without turning; a motor that stands needs 15 ms at full "
                 "duty, spinup_motors(): docs/porting.md#no-kick"
             )
@@ -71,7 +72,3 @@ def of_programs(experiment: Experiment, stats: dict[str, Any]) -> Iterator[str]:
             f"{received:,} frames reached robots, and no program sets kilo_message_rx: none of "
             "them hears"
         )
-
-
-def _robots(count: int) -> str:
-    return "1 robot" if count == 1 else f"{count:,} robots"

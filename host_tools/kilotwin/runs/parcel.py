@@ -71,7 +71,7 @@ def digest_of(program: Program) -> str:
 
 
 def programs_of(experiment: Experiment) -> Iterator[Program]:
-    """Of each kind of robots, then of modules."""
+    """The programs of each kind of robots, then of modules."""
     for group in (*experiment.groups, experiment.modules):
         if group is not None:
             yield group.program

@@ -160,7 +160,7 @@ export function ledOf(curve: string): number | null {
   return led && Number(led[1]);
 }
 
-// What an LED means, or its colour as programs write it.
+// The meaning of an LED, or its colour as programs write it.
 export function nameOfLed(scene: Scene, led: number): string {
   return scene.states.names[scene.states.of_led[led]];
 }

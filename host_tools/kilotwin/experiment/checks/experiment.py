@@ -98,10 +98,11 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     yield from _start(experiment)
     yield from _environment(experiment)
     yield from grid_problems(experiment)
+    robots = uids_there(experiment)
     for index, command in enumerate(experiment.command or []):
-        yield from _command(("command", index), command, uids_there(experiment))
+        yield from _command(("command", index), command, robots)
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
-    yield from step_problems(experiment, uids_there(experiment))
+    yield from step_problems(experiment, robots)
     yield from metric_problems(experiment)
     if experiment.expect:
         from kilotwin.experiment.checks.expect import expect_problems

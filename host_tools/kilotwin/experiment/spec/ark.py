@@ -14,7 +14,7 @@ WORDS = 3
 WORD_BITS = 24
 _WORD_BYTES = DATA_BYTES // WORDS
 MESSAGE_TYPE = 0
-"""Of messages with words."""
+"""The type of messages with words."""
 
 
 @dataclass(frozen=True, slots=True)

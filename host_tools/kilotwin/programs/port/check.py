@@ -139,7 +139,7 @@ def check(
 def _tried(
     tried: Tried, image: Image, own: set[str], notify: Notify
 ) -> tuple[Outcome, list[Finding]]:
-    """What comes of a run on the chip and here, and what was found in it."""
+    """The outcome of a run on the chip and here, and what was found in it."""
     program, code, trial = tried.program, tried.code, tried.trial
     guest = build_guest(bounds.watched(program), notify, flags=bounds.FLAGS)
     notify(f"running {program.written} for {trial.seconds:g} s on an ATmega328P and here")

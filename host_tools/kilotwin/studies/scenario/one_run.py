@@ -58,7 +58,7 @@ class Ran:
     timed_out: bool = False
     result_hash: str = ""
     uids: tuple[int, ...] = ()
-    """Of a lab's robots, by index; else a robot's is its index and 1."""
+    """The uids of a lab's robots, by index; else a robot's is its index and 1."""
     marks: Sequence[Marks] = ()
     """The marks of each group's program, where that is asked for."""
 
