@@ -4,8 +4,9 @@ They run side by side. Python tests that mostly wait, for a table in real time o
 have the marker `waits` and a wide pool of processes of their own, which goes first where both want
 a core; those that compute have a process more than there are cores. In both a process that has
 nothing to do takes tests from the one that has most, so that a long file does not come last alone.
-What the native tests and the wide pool print comes when the others are done. The exit code is 0
-only if nothing failed and each ran something.
+What the native tests and the wide pool print comes when the others are done. Last come the names of
+the tests that failed, since a log that CI keeps may be cut in the middle. The exit code is 0 only
+if nothing failed and each ran something.
 """
 
 import contextlib
@@ -47,6 +48,20 @@ def read_junit(path: Path) -> Count:
         skipped += int(suite.get("disabled", 0))
         count.add(Count(tests - failed - skipped, failed, skipped))
     return count
+
+
+def read_failures(path: Path) -> list[str]:
+    """A line for each test of a JUnit file that failed: its name, and the first line of why."""
+    if not path.is_file():
+        return []
+    lines = []
+    for case in ET.parse(path).getroot().iter("testcase"):
+        for reason in [*case.findall("failure"), *case.findall("error")]:
+            # ctest gives a class the name of its test.
+            named = dict.fromkeys([case.get("classname", ""), case.get("name", "")])
+            why = (reason.get("message") or "").strip().partition("\n")[0]
+            lines.append(f"{'::'.join(filter(None, named))}: {why}"[:300])
+    return lines
 
 
 @dataclass
@@ -120,15 +135,19 @@ def python_tests(pool: str, guests: str) -> Job:
 def main() -> int:
     started = time.monotonic()
     total, good = Count(), True
+    failures: list[str] = []
     with tempfile.TemporaryDirectory(prefix="kilotwin-tests-") as guests:
         jobs = [native_tests(), *(python_tests(pool, guests) for pool in POOLS)]
         print(f"== {jobs[-1].name}", flush=True)
         for job in reversed(jobs):
             count, passed = job.finish()
             total.add(count)
+            failures += read_failures(job.report)
             good = good and passed
     seconds = time.monotonic() - started
     print(f"\nAll tests took {seconds:.0f} s.")
+    for line in failures:
+        print(f"failed: {line}")
     print(f"{total.passed} passed, {total.failed} failed, {total.skipped} skipped")
     return 0 if good else 1
 
