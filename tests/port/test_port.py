@@ -145,6 +145,33 @@ def test_a_difference_by_passes_of_loop_is_told_as_that() -> None:
     assert "count kilo_ticks" in said
 
 
+def test_an_act_in_each_pass_of_a_tick_is_told_with_the_passes_of_a_trial() -> None:
+    (path,) = [path for path in BAD if path.stem == "clock_is_masked"]
+    (finding,) = [f for f in checked(str(path), Trial(2)).findings if f.check == "tick-modulo"]
+    (times,) = re.findall(r"loop\(\) runs ([\d,]+) times \(in this trial\)", finding.what)
+    # A tick has 262,144 cycles, and a pass that does next to nothing some 40 to 80 of them.
+    assert 262_144 / 80 < int(times.replace(",", "")) < 262_144 / 40
+
+
+def test_a_copy_of_the_clock_that_is_compared_with_the_last_one_acts_once_a_tick(
+    tmp_path: Path,
+) -> None:
+    program = tmp_path / "once.c"
+    program.write_text("""\
+#include <kilolib.h>
+static uint16_t last, steps;
+static void setup(void) {}
+static void loop(void) {
+    const uint16_t now = kilo_ticks;
+    if (now == last) return;
+    last = now;
+    if (now % 64 == 0) set_color(++steps & 3);
+}
+int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
+""")
+    assert "tick-modulo" not in {check for check, _, _ in found(str(program))}
+
+
 def test_an_index_beyond_its_array_is_told_with_its_value() -> None:
     said = advice("index_is_beyond_its_array", "array-bounds")
     assert "an index of 7 into 'uint8_t [4]'" in said

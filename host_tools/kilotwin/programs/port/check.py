@@ -123,7 +123,7 @@ def check(
         *machine_code.torn(code, roles),
         *callbacks.before_setup(code, roles),
         *callbacks.messages(code, roles, lines),
-        *source_text.ticks(lines),
+        *source_text.ticks(lines, outcome),
         *source_text.draws(lines),
         *source_text.motors(lines, outcome),
         *source_text.checksum(lines, roles, silent, outcome),

@@ -17,8 +17,12 @@ from kilotwin.programs.port.findings import Finding, Weight
 from kilotwin.programs.port.roles import Line, Roles
 from kilotwin.programs.port.trial import Outcome
 
-_MODULO = re.compile(r"\bkilo_ticks\s*\)?\s*%[^;{]*?(==|!=|\)\s*[{;]|<)")
-_GUARD = re.compile(r"kilo_ticks\s*[!=]=\s*\w*[a-z_]\w*|\w*[a-z_]\w*\s*[!=]=\s*kilo_ticks")
+# The clock, or a variable that it was copied to, taken modulo a number or masked, in a comparison.
+_MODULO = (
+    r"\b(?:{})\s*(?:[/*]\s*\w+\s*)?\)?\s*(?:%[^;{{]*?(?:==|!=|\)\s*[{{;]|<)|&\s*\w+\s*\)?\s*[!=]=)"
+)
+_COPY = re.compile(r"\b(\w+)\s*=\s*kilo_ticks\s*;")
+_GUARD = r"\b(?:{0})\s*[!=]=\s*\w*[a-z_]\w*|\w*[a-z_]\w*\s*[!=]=\s*\b(?:{0})\b"
 _EQUAL = re.compile(r"\bkilo_ticks\s*==\s*|==\s*kilo_ticks\b")
 # A draw of 8 bits, taken modulo a number, and as a share that is compared with another one.
 _MODULO_DRAW = re.compile(r"\brand_(?:soft|hard)\s*\(\s*\)\s*%\s*\(?\s*(\d+)")
@@ -58,15 +62,24 @@ _Warning = tuple[str, int, str]  # file, line, text
 _WIDTH_FLAGS = ["-Wconversion", "-Woverflow", "-Wshift-count-overflow", "-Wtype-limits"]
 
 
-def ticks(lines: Sequence[Line]) -> Iterator[Finding]:
-    """`if (kilo_ticks % N == 0)`: true for a whole tick, in which loop() runs a thousand times."""
+def ticks(lines: Sequence[Line], outcome: Outcome | None = None) -> Iterator[Finding]:
+    """`if (kilo_ticks % N == 0)`: true for a whole tick, in which loop() runs a thousand times.
+    `outcome`: of a trial, which has counted these passes."""
+    passes = "thousands of times"
+    if outcome is not None and outcome.loops and outcome.ticks:
+        calls = max(call.calls for call in outcome.loops)
+        passes = f"{calls / outcome.ticks:,.0f} times (in this trial)"
+    # A copy that is compared with the time before lets the program act once a tick.
+    text = "\n".join(line.text for line in lines)
+    copies = {name for name in _COPY.findall(text) if not re.search(_GUARD.format(name), text)}
+    clocks = "|".join(["kilo_ticks", *sorted(copies)])
+    modulo, guard = re.compile(_MODULO.format(clocks)), re.compile(_GUARD.format(clocks))
     for line in lines:
-        if _MODULO.search(line.text) and not _GUARD.search(line.text):
+        if modulo.search(line.text) and not guard.search(line.text):
             yield Finding(
                 "tick-modulo",
                 Weight.WARNS,
-                "kilo_ticks % N keeps its value for a whole tick, in which loop() runs thousands "
-                "of times",
+                f"kilo_ticks % N keeps its value for a whole tick, in which loop() runs {passes}",
                 "keep the tick at which it is due next: if (kilo_ticks >= next) { next += N; ... }",
                 line.place,
             )
@@ -74,8 +87,8 @@ def ticks(lines: Sequence[Line]) -> Iterator[Finding]:
             yield Finding(
                 "tick-equal",
                 Weight.WARNS,
-                "kilo_ticks may pass this value during a callback or delay(), and keeps it for "
-                "thousands of passes of loop()",
+                "kilo_ticks may pass this value during a callback or delay(), and keeps it for a "
+                f"whole tick, in which loop() runs {passes}",
                 "compare with >=, and note that it is done",
                 line.place,
             )
