@@ -353,7 +353,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             program = _program(
                 robots.program, table, origin, robots.include, robots.define, api=robots.flavour
             )
-            program = replace(program, runtime=_runtime(robots, keys))
+            program = replace(program, runtime=_runtime(robots, keys), printf=robots.printf)
         cpu, why = "avr" if robots.hex is not None else robots.cpu or keys.swarm.cpu, ""
         if robots.hex is None:
             cpu, why = processor_of(program, cpu, keys.swarm.profile)

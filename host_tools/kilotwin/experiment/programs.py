@@ -26,6 +26,9 @@ Api = Literal["kilobot", "kilogrid", "module"]
 """API that a program is written for: kilolib, the Kilogrid's flavour of it, or the module API."""
 Runtime = Literal["original", "kilotwin"]
 """Runtime of a program: with the published library's traits, or ours (docs/hex_files.md)."""
+Printf = Literal["integers", "floats"]
+"""The `printf()` that an image is linked with: avr-libc's usual one, which prints `?` for a float,
+or its larger one, which prints its digits."""
 HEX_SUFFIXES = (".hex", ".ihex", ".ihx")
 """How names of Intel HEX files end, in small letters."""
 _IMAGES = (*HEX_SUFFIXES, ".elf")
@@ -68,6 +71,7 @@ class Program:
     defines: tuple[str, ...] = ()
     api: Api = "kilobot"
     runtime: Runtime = "kilotwin"
+    printf: Printf = "integers"
 
     @property
     def name(self) -> str:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
-from kilotwin.experiment.programs import Runtime
+from kilotwin.experiment.programs import Printf, Runtime
 from kilotwin.experiment.schema.controller import AggregationTables, InformedShares, with_defaults
 from kilotwin.experiment.schema.environment import EnvironmentTable
 from kilotwin.experiment.schema.expect import Expect
@@ -199,6 +199,10 @@ class Robots(Section):
     `rand_hard()` does for half a millisecond; `estimate_distance()` and `message_crc()` take as
     long as there; Kilotwin's own requests get no answer. `kilotwin`: ours. If left out: as
     `swarm.runtime`, or ours beside our boot loader."""
+    printf: Printf = "integers"
+    """`floats`: `printf("%f")` of an image prints the number, and takes 1.5 KB more flash, as with
+    `-Wl,-u,vfprintf -lprintf_flt` in a Makefile. `integers`: it prints `?`, as without. Native
+    programs always print the number."""
     boot_loader: bool = False
     """Whether their flash also holds Kilotwin's boot loader, for flashing over the air; ATmega328P
     only."""

@@ -83,6 +83,8 @@ class Checks:
 
 
 _NO_CHECKS = Checks()
+# avr-libc's own words, of its page on vfprintf().
+_PRINTF = {"integers": (), "floats": ("-Wl,-u,vfprintf", "-lprintf_flt")}
 
 
 def _flags() -> list[str]:
@@ -182,7 +184,7 @@ def _key(
 ) -> str:
     own, kilolib, helped = program_flags(program), _runtime_flags(program), _helper_flags(program)
     words = [str(written), *own, *kilolib, *helped, *_link_flags(), *compiler_warnings.FLAGS]
-    words += [*checks.flags, *checks.link]
+    words += [*checks.flags, *checks.link, *_PRINTF[program.printf]]
     files = [resources.path(_BUILD_ID_SCRIPT)]
     for sources, flags in (
         (program.sources, own),
@@ -261,7 +263,7 @@ def _build(
                 libraries.append(str(draft / f"lib{name}.a"))
                 run_tool(["avr-ar", "rcs", libraries[-1], *map(str, members)], failure)
         elf = draft / f"{image.name}.elf"
-        linked = [*map(str, [*own, *told]), *libraries, "-lm"]
+        linked = [*map(str, [*own, *told]), *libraries, *_PRINTF[program.printf], "-lm"]
         _link([compiler, *_link_flags(), *checks.link, *linked, "-o", str(elf)], program, own)
         make_hex(elf, draft / f"{image.name}.hex", failure)
 
