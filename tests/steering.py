@@ -11,4 +11,4 @@ def steer(address: str, **order: object) -> None:
     headers = {"Origin": f"http://{place.netloc}", "Content-Type": "application/json"}
     body = json.dumps(order).encode()
     request = urllib.request.Request(f"{address}steer", body, headers, method="POST")
-    urllib.request.urlopen(request, timeout=60).close()
+    urllib.request.urlopen(request, timeout=600).close()

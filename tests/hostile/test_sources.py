@@ -95,7 +95,7 @@ def run(folder: Path, text: str, *before: str) -> "subprocess.CompletedProcess[s
         capture_output=True,
         text=True,
         check=False,
-        timeout=100,
+        timeout=600,
     )
     assert [file.name for file in outside.iterdir()] == ["key"]
     assert (outside / "key").read_text() == SECRET

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.socketcan
 
 BUSES = ["vcan0", "vcan1", "vcan2", "vcan3"]
 RECORD = np.dtype(CAN_RECORD)
-PATIENCE_S = 120.0
+PATIENCE_S = 600.0
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ EXPERIMENT = "experiments/kilogrid/paper-n50.toml"
 # 200 modules, polled every 0.8 s, after a short set-up; slow enough for a kernel within another.
 SETTINGS = ["duration_s=6", "grid.hold_s=0.2", "grid.rounds=1"]
 SPEED = "0.1"
-PATIENCE_S = 300.0
+PATIENCE_S = 600.0
 
 
 def command(what: str, *words: str | Path) -> list[str | Path]:

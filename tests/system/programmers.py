@@ -61,7 +61,7 @@ def serving(chip: Path, environment: Mapping[str, str]) -> Iterator[str]:
             yield json.loads(process.stdout.readline())["port"]
         finally:
             process.terminate()
-        _, errors = process.communicate(timeout=120)
+        _, errors = process.communicate(timeout=600)
         assert process.returncode == 0, errors
 
 
@@ -84,7 +84,7 @@ class BadProgrammer:
 
     def __exit__(self, *_: object) -> None:
         self._ended.set()
-        self._thread.join(120)
+        self._thread.join(600)
         self._terminal.close()
         assert self.failed.is_set(), "nothing went wrong"
         chip_file.save(self._chip, self._programmer)

@@ -27,7 +27,7 @@ class Table:
         self.bus = f"socketcand:127.0.0.1:{self._port()}"
 
     def _port(self) -> str:
-        deadline = time.monotonic() + 120
+        deadline = time.monotonic() + 600
         while time.monotonic() < deadline:
             said = Path(self._said.name).read_text()
             if found := re.search(r"port (\d+)", said):

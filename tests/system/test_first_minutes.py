@@ -14,6 +14,7 @@ from playwright.sync_api import Page
 
 from kilotwin.runs.reader import Run
 
+from ..steering import steer
 from .browser import chromium, comes, new_page, open_viewer, viewer
 from .conftest import KILOTWIN, ROOT, Kilotwin, block
 from .test_view import counts, picture
@@ -82,19 +83,21 @@ def test_readmes_program_is_seen_moving_in_the_first_seconds_and_stays_to_be_loo
         chromium() as browser,
         new_page(browser, problems) as page,
     ):
+        # Slower than it is typed: a page on a busy machine would see the end alone.
+        steer(address, do="speed", speed=0.5)
         open_viewer(page, address)
         # On two busy cores robots move 4 s after the command, 12 s where the program is compiled
         # first; the bound is PATIENCE_MS.
         comes(page, lambda: coloured(page).sum() > 100)
-        before, at_s = coloured(page), float(page.input_value("#time"))
+        before = coloured(page)
         comes(page, lambda: np.any(coloured(page) != before))
-        assert at_s < 60, "the run was over before it was seen"
         assert page.is_visible("#steering")
+        steer(address, do="speed")
         comes(page, lambda: page.is_visible('#steering:has-text("is over")'))
         comes(page, lambda: sum(counts(page).values()) == 10)
         assert set(counts(page)) <= {"RGB(0,0,0)", "RGB(0,3,0)", "RGB(3,0,0)"}
         page.close()
-        out, _ = process.communicate(timeout=120)
+        out, _ = process.communicate(timeout=600)
     assert problems == []
     assert process.returncode == 0
     lines = out.splitlines()

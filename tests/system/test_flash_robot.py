@@ -291,7 +291,7 @@ def test_a_port_where_nothing_answers_is_given_up_soon(
     port = os.ttyname(theirs)
     os.close(theirs)
     try:
-        done = kilotwin("flash", "robot", image, *VIA, "-P", port, expect=3, timeout_s=120)
+        done = kilotwin("flash", "robot", image, *VIA, "-P", port, expect=3, timeout_s=600)
     finally:
         os.close(ours)
     assert f"nothing at {port} answers as a stk500v2" in refused(done)
@@ -324,7 +324,7 @@ def test_a_programmer_unplugged_in_mid_page_is_said_and_mended_by_what_is_said(
 ) -> None:
     chip = make_chip(tmp_path / "chip.hex", high_fuse=fuse)
     with Unplugged(chip, page=5) as port:
-        done = kilotwin("flash", "robot", image, *VIA, "-P", port, expect=3, timeout_s=120)
+        done = kilotwin("flash", "robot", image, *VIA, "-P", port, expect=3, timeout_s=600)
     line = refused(done)
     assert "is gone; the chip is erased and half written, it runs nothing" in line
     (file,) = kept(tmp_path)
@@ -414,7 +414,7 @@ def test_ctrl_c_while_it_reads_leaves_the_chip_as_it_was(
         assert process.stderr.readline() == "reading the chip\n"
         os.read(ours, 1)  # avrdude is at work
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=120)
+        _, errors = process.communicate(timeout=600)
     os.close(ours)
     assert errors == "kilotwin: interrupted; nothing was written\n"
     assert process.returncode == 130
@@ -436,14 +436,14 @@ def test_ctrl_c_while_it_writes_must_be_meant(
         ) as process,
     ):
         assert process.stderr is not None
-        assert programmer.failed.wait(120)
+        assert programmer.failed.wait(600)
         process.send_signal(signal.SIGINT)
         lines = iter(process.stderr.readline, "")
         assert "the chip is being written; Ctrl-C again leaves it half written\n" in lines
         while process.poll() is None:  # the next one that is no repetition of the first
             process.send_signal(signal.SIGINT)
             time.sleep(0.1)
-        _, errors = process.communicate(timeout=120)
+        _, errors = process.communicate(timeout=600)
     (file,) = kept(tmp_path)
     assert errors.startswith("kilotwin: interrupted; the chip is erased and half written")
     assert errors.endswith(f"--eeprom {file}\n")
@@ -457,7 +457,7 @@ def test_plain_avrdude_writes_fuses_and_lock_bits_of_a_new_chip(
     with serving(chip, environment) as port:
         words = ["avrdude", "-qq", "-p", "m328p", "-c", "stk500v2", "-P", port]
         writes = ["-U", "hfuse:w:0xD9:m", "-U", "efuse:w:0xFD:m", "-U", "lock:w:0xEF:m"]
-        subprocess.run([*words, *writes], check=True, timeout=120)
+        subprocess.run([*words, *writes], check=True, timeout=600)
     new: _emulator.Programmer = chip_file.plug_in(chip)
     assert new.fuses == bytes([0xE2, 0xD9, 0xFD])
     assert new.lock_bits == 0xEF

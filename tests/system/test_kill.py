@@ -152,7 +152,7 @@ def test_a_run_whose_engine_dies_is_closed_and_says_so(long_run: Process, tmp_pa
     wait_for(lambda: whole_batches(folder / "robots.arrows") > 0, "a first batch")
     (engine,) = children(long_run.pid)
     os.kill(engine, signal.SIGKILL)
-    _, errors = long_run.communicate(timeout=120)
+    _, errors = long_run.communicate(timeout=600)
     assert long_run.returncode == 1, errors
     # A robot is named if the engine was executing one.
     ran = r"(; last to run was aggregation robot \d+ tick \d+)?"
@@ -165,6 +165,6 @@ def test_an_interrupted_run_is_closed(long_run: Process, tmp_path: Path) -> None
     folder = tmp_path / "run"
     wait_for(lambda: whole_batches(folder / "robots.arrows") > 0, "a first batch")
     os.killpg(long_run.pid, signal.SIGINT)
-    long_run.communicate(timeout=120)
+    long_run.communicate(timeout=600)
     assert long_run.returncode != 0
     assert_readable(folder)

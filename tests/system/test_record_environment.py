@@ -61,14 +61,14 @@ def served(folder: Path, environment: dict[str, str], port: int) -> Iterator[Non
         text=True,
     )
     try:
-        deadline = time.monotonic() + 120
+        deadline = time.monotonic() + 600
         while not (folder / "ohc").is_symlink():
             assert time.monotonic() < deadline
             assert process.poll() is None, process.communicate()
             time.sleep(0.05)
         yield
         process.send_signal(signal.SIGINT)
-        _, notes = process.communicate(timeout=120)
+        _, notes = process.communicate(timeout=600)
         assert process.returncode == 130, notes
         assert f"a camera sends robots' poses to udp:127.0.0.1:{port}" in notes
     finally:

@@ -18,7 +18,7 @@ from kilotwin.table.can.bridge import open_bridge
 from kilotwin.table.can.buses import open_bus, parse_bus
 
 RECORD = np.dtype(CAN_RECORD)
-PATIENCE_S = 120.0
+PATIENCE_S = 600.0
 """The machine may be busy: how long anything may take that is sure to come."""
 
 

@@ -201,7 +201,7 @@ cli.app = app
 cli.main()
 """
     done = subprocess.run(
-        [sys.executable, "-c", command], check=False, capture_output=True, timeout=50
+        [sys.executable, "-c", command], check=False, capture_output=True, timeout=600
     )
     assert (done.returncode, done.stderr) == (128 + number, b"")
     assert list(tmp_path.iterdir()) == []

@@ -226,7 +226,7 @@ def test_on_a_terminal_it_asks(wheel: Path, fake_environment: dict[str, str]) ->
             capture_output=True,
             text=True,
             check=True,
-            timeout=120,
+            timeout=600,
         )
     finally:
         os.close(inside)

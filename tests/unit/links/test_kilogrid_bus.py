@@ -89,7 +89,7 @@ class Device:
 
 
 def wait(ready: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + 600
     while not ready():
         assert time.monotonic() < deadline
         time.sleep(0.002)
@@ -111,7 +111,7 @@ def bus(device: Device) -> Iterator[KilogridBus]:
 
 def send(bus: can.BusABC, data: bytes, identifier: int = to_id(ALL_MODULES)) -> None:
     """As the controller does: again while the queue is full."""
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + 600
     while True:
         assert time.monotonic() < deadline
         try:

@@ -38,7 +38,7 @@ def lives_on_s(grace_s: float, ignores: str = "") -> float:
         parent.wait()
         try:
             while alive(child):
-                assert time.monotonic() < began + 120, "it lives on"
+                assert time.monotonic() < began + 600, "it lives on"
                 time.sleep(0.01)
         finally:
             if alive(child):
@@ -60,7 +60,7 @@ def test_a_worker_with_time_to_close_is_killed_after_it(ignores: str) -> None:
 def test_a_worker_whose_parent_has_gone_already_ends_at_once() -> None:
     script = CHILD.format(ignores="")
     done = subprocess.run(
-        [sys.executable, "-c", script, "1", "0"], capture_output=True, check=False, timeout=120
+        [sys.executable, "-c", script, "1", "0"], capture_output=True, check=False, timeout=600
     )
     assert (done.returncode, done.stdout) == (1, b"")
 
@@ -82,5 +82,5 @@ def test_a_confined_worker_that_ends_leaves_no_guardian_to_its_parent() -> None:
     guardian = int(done.stdout)
     began = time.monotonic()
     while alive(guardian):
-        assert time.monotonic() < began + 120, "it lives on"
+        assert time.monotonic() < began + 600, "it lives on"
         time.sleep(0.01)

@@ -214,7 +214,7 @@ def test_an_interrupted_run_keeps_its_data(number: int, start_endless: Start, fo
     process = start_endless("--json")
     os.kill(process.pid, number)
     os.killpg(process.pid, number)  # as `timeout` does
-    output, errors = process.communicate(timeout=120)
+    output, errors = process.communicate(timeout=600)
     assert process.returncode == 130, errors
     assert "interrupted; what was recorded is kept" in errors
     result = json.loads(output)
@@ -245,7 +245,7 @@ def test_a_run_whose_terminal_goes_away_keeps_its_data(
         wait_for((folder / "run").exists, "the run folder")
         wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
         os.close(here)
-        assert process.wait(120) == 130
+        assert process.wait(600) == 130
     finally:
         process.kill()
         process.wait()
@@ -261,7 +261,7 @@ def test_a_run_interrupted_twice_ends_at_once_and_says_what_is_kept(
     while process.poll() is None:
         os.kill(process.pid, signal.SIGINT)
         time.sleep(0.1)
-    _, errors = process.communicate(timeout=120)
+    _, errors = process.communicate(timeout=600)
     assert process.returncode == 130, errors
     said = f"interrupted twice, and ended at once; what was recorded is in {folder / 'run'}"
     assert errors.splitlines()[-1] == f"kilotwin: {said}"
@@ -276,7 +276,7 @@ def test_a_run_whose_engine_hangs_ends_soon_after_one_polite_kill(
     process = start_endless()
     stop_engine_of(process)
     process.terminate()
-    _, errors = process.communicate(timeout=120)
+    _, errors = process.communicate(timeout=600)
     assert process.returncode == 130, errors
     said = errors.splitlines()[-1]
     assert said.startswith("kilotwin: interrupted; the engine did not stop within 10 s")
@@ -407,6 +407,6 @@ def test_a_run_whose_standard_files_are_closed_is_as_any_other(
         env=fake_environment,
         stdout=subprocess.PIPE,
         check=True,
-        timeout=120,
+        timeout=600,
     )
     assert json.loads(done.stdout)["status"] == "finished"

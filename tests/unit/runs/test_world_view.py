@@ -47,7 +47,7 @@ def test_a_world_is_seen_steered_and_otherwise_the_same(
         assert f'src="{address}"' in str(world._repr_html_())
         world.run(20)
         assert world.result_hash == wanted
-        with urllib.request.urlopen(f"{address}scenes", timeout=60) as answer:
+        with urllib.request.urlopen(f"{address}scenes", timeout=600) as answer:
             (scene,) = json.load(answer)
             assert "http://localhost:*" in answer.headers["Content-Security-Policy"]
         assert (scene["robots"], scene["moments"]) == (3, True)

@@ -45,10 +45,10 @@ def serving(viewer: Viewer) -> Iterator[str]:
     ready, ended = threading.Event(), threading.Event()
     thread = threading.Thread(target=viewer.serve, args=(ready.set, ended))
     thread.start()
-    assert ready.wait(120)
+    assert ready.wait(600)
     yield viewer.address
     ended.set()
-    thread.join(20)
+    thread.join(600)
     assert not thread.is_alive()
 
 
@@ -67,7 +67,7 @@ def ask(address: str, **headers: str) -> tuple[int, bytes]:
     """Status and body of a GET."""
     request = urllib.request.Request(address, headers=headers)
     try:
-        with urllib.request.urlopen(request, timeout=120) as answer:
+        with urllib.request.urlopen(request, timeout=600) as answer:
             return answer.status, answer.read()
     except urllib.error.HTTPError as error:
         return error.code, error.read()
@@ -145,7 +145,7 @@ def test_a_page_from_elsewhere_gets_no_live_states(address: str) -> None:
 
 
 def test_answers_may_run_nothing_from_elsewhere_and_are_not_kept(address: str) -> None:
-    with urllib.request.urlopen(address, timeout=120) as answer:
+    with urllib.request.urlopen(address, timeout=600) as answer:
         assert "default-src 'none'" in answer.headers["content-security-policy"]
         assert answer.headers["cache-control"] == "no-store"
         assert answer.headers["x-content-type-options"] == "nosniff"
@@ -275,7 +275,7 @@ def steer(address: str, body: bytes, **headers: str) -> tuple[int, str]:
     sent = {name: value for name, value in {**ours, **given}.items() if value}
     request = urllib.request.Request(f"{address}steer", data=body, headers=sent, method="POST")
     try:
-        with urllib.request.urlopen(request, timeout=120) as answer:
+        with urllib.request.urlopen(request, timeout=600) as answer:
             return answer.status, answer.read().decode()
     except urllib.error.HTTPError as error:
         return error.code, error.read().decode()
