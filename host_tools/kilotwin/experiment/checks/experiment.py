@@ -123,6 +123,9 @@ def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
     if experiment.robots == []:
         what = "there is no robot; add a [[robots]] table with program and count"
         yield Problem(what, (("robots",),))
+    elif swarm_size(experiment) == 0 and experiment.robots is not None:
+        what = "there is no robot: each count is 0; make one of them 1 or more"
+        yield Problem(what, (("robots", 0, "count"),))
     medium = experiment.medium.kind
     for index, robots in enumerate(experiment.robots or []):
         if robots.program is None and robots.hex is None:

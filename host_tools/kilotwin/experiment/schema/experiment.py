@@ -28,6 +28,7 @@ from kilotwin.experiment.schema.profile_defaults import (
 )
 from kilotwin.experiment.schema.record import Record
 from kilotwin.experiment.schema.section import (
+    MOST_ROBOTS,
     Byte,
     Count,
     Heading,
@@ -213,8 +214,9 @@ class Robots(Section):
     flavour: Literal["kilobot", "kilogrid"] | None = None
     """API of the program: kilolib, or the Kilogrid's flavour of it with its helpers. If left out,
     found from its `.c` files (`IR_message_t`, `kilogrid.h`, `kilob_*.h`)."""
-    count: Count
-    """How many robots run it; as many as there are poses, if these come from a file."""
+    count: Annotated[int, Field(ge=0, le=MOST_ROBOTS)]
+    """How many robots run it; as many as there are poses, if these come from a file. 0: none, for
+    a condition of a sweep."""
     poses: list[Pose] | None = None
     """Pose of each at the start, [x_m, y_m, heading_rad]; or a file that has them: a CSV or JSON
     table, Kilombo's JSON, or a run folder, of which the last sample is taken. Anywhere if left
