@@ -128,6 +128,7 @@ def check(
         *source_text.motors(lines, outcome),
         *source_text.checksum(lines, roles, silent, outcome),
         *source_text.widths(program),
+        *source_text.missing_returns(image.warnings),
         *source_text.shifts(lines),
         *source_text.joined_bytes(lines),
     ]

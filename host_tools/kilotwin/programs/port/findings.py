@@ -25,7 +25,7 @@ _CONSEQUENCES = (
     # It does something else.
     ("differs-in-passes", "differs", "no-kick", "no-crc"),
     # Variables get values that nobody gave them.
-    ("array-bounds", "int-overflow", "float-to-int", "int-width"),
+    ("array-bounds", "int-overflow", "float-to-int", "int-width", "no-return"),
     # An action meant to happen once happens often, or not at all.
     ("tick-modulo", "tick-equal", "few-bits"),
     # Now and then a value is wrong, or a message is lost.

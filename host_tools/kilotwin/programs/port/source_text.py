@@ -239,6 +239,21 @@ def widths(program: Program) -> Iterator[Finding]:
                     yield Finding("int-width", Weight.WARNS, text.format(what), do, place)
 
 
+def missing_returns(warnings: Sequence[str]) -> Iterator[Finding]:
+    """Functions with a value that come to their end without one: what a register then holds is
+    another thing on the robot and here. `warnings`: of the compiler, as an image keeps them."""
+    for file, line, what, _ in _WARNING.findall("\n".join(warnings)):
+        if what.startswith("control reaches end of non-void function"):
+            yield Finding(
+                "no-return",
+                Weight.WARNS,
+                "the function comes to its end without a value, and whoever uses it gets what a "
+                "register held",
+                "return a value there too, or make the function void",
+                Place(str(Path(file).resolve()), int(line)),
+            )
+
+
 def _only_in(
     some: Sequence[_Warning], others: Sequence[_Warning], program: Program
 ) -> Iterator[_Warning]:
