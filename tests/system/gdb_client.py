@@ -10,7 +10,7 @@ _SRAM = 0x800000  # where gdb and ELF files have the AVR's data space
 class GdbClient:
     """A connection to the port that `kilotwin run --gdb` opens."""
 
-    def __init__(self, port: int, limit_s: float = 120) -> None:
+    def __init__(self, port: int, limit_s: float = 600) -> None:
         """Waits until a server listens there."""
         end = time.monotonic() + limit_s
         while True:

@@ -22,7 +22,7 @@ SEED = 20261121
 Process = subprocess.Popen[str]
 
 
-def wait_for(condition: Callable[[], object], what: str, limit_s: float = 120.0) -> None:
+def wait_for(condition: Callable[[], object], what: str, limit_s: float = 600) -> None:
     end = time.monotonic() + limit_s
     while not condition():
         assert time.monotonic() < end, f"waited {limit_s} s for {what}"

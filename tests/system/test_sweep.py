@@ -77,7 +77,7 @@ def parts(folder: Path) -> int:
     return len(list(folder.glob("parts/[!.]*.arrows")))
 
 
-def wait_for(condition: Callable[[], object], limit_s: float = 120) -> None:
+def wait_for(condition: Callable[[], object], limit_s: float = 600) -> None:
     end = time.monotonic() + limit_s
     while not condition():
         assert time.monotonic() < end, "it did not come"

@@ -98,7 +98,7 @@ def kill_group(pid: int) -> None:
         os.killpg(pid, signal.SIGKILL)
 
 
-def wait_for(condition: Callable[[], object], what: str, limit_s: float = 120) -> None:
+def wait_for(condition: Callable[[], object], what: str, limit_s: float = 600) -> None:
     end = time.monotonic() + limit_s
     while not condition():
         assert time.monotonic() < end, f"waited {limit_s} s for {what}"
