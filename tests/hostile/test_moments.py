@@ -176,7 +176,7 @@ def test_the_folder_of_a_served_ports_name_is_not_written(scene: Scene) -> None:
     # The second robot's end says that main() of both has run.
     robots = scene.text(ROBOTS, 13, 1) + scene.text(ROBOTS, 13, 4)
     (scene.folder / "swarm.toml").write_text(SWARM + robots)
-    words = ("run", "swarm.toml", "--out", "run", "--serve", "--link-ohc", "ohc")
+    words = ("serve", "world", "swarm.toml", "--out", "run", "--link-ohc", "ohc")
     events, link = scene.folder / "run/events.jsonl", scene.folder / "ohc"
     with subprocess.Popen([KILOTWIN, *words], cwd=scene.folder, stderr=subprocess.PIPE) as process:
         while process.poll() is None and not (events.exists() and "fork()" in events.read_text()):

@@ -81,6 +81,8 @@ class Commands(typer.core.TyperGroup):
         """The one that was typed, loaded."""
         name, _, rest = super().resolve_command(ctx, args)
         assert name is not None
+        if name == "run" and "--serve" in rest:
+            raise InputError("run has no --serve; type: kilotwin serve world EXPERIMENT.toml")
         command = load(name)
         gc.freeze()  # what was imported stays, and no collection has to look at it
         gc.enable()

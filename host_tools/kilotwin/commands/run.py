@@ -43,7 +43,7 @@ from kilotwin.programs.coverage.checks import COVERED, check_covered
 from kilotwin.programs.native.sanitizer import ONE_OF_BOTH, SANITIZED, check_sanitized
 from kilotwin.programs.port.twin import chosen
 from kilotwin.runs.size import size_of
-from kilotwin.session.job import Probes, Serving
+from kilotwin.session.job import Probes
 from kilotwin.session.run import Outcome
 from kilotwin.session.run import run as run_experiment
 
@@ -62,16 +62,6 @@ Plots = Annotated[
         help="Also write map.png and timeline.png into the folder.",
     ),
 ]
-# Options of `kilotwin serve world`, which `run --serve` was; they go with the next version.
-Serve = Annotated[bool, typer.Option("--serve", hidden=True)]
-Port = Annotated[int | None, typer.Option(min=1, max=65535, hidden=True)]
-Interfaces = Annotated[
-    list[str] | None, typer.Option("--can", envvar="KILOTWIN_SERVE_CAN", hidden=True)
-]
-OhcLink = Annotated[Path | None, typer.Option("--link-ohc", hidden=True)]
-DispatcherLink = Annotated[Path | None, typer.Option("--link-dispatcher", hidden=True)]
-Poses = Annotated[str | None, typer.Option(hidden=True)]
-Fast = Annotated[bool, typer.Option("--fast", hidden=True)]
 Gdb = Annotated[
     int | None,
     typer.Option(
@@ -144,13 +134,6 @@ def run(
     settings: Settings = None,
     out: RunFolder = None,
     plots: Plots = False,
-    serve: Serve = False,
-    port: Port = None,
-    can: Interfaces = None,
-    link_ohc: OhcLink = None,
-    link_dispatcher: DispatcherLink = None,
-    poses: Poses = None,
-    fast: Fast = False,
     gdb: Gdb = None,
     gdb_port: GdbPort = 1234,
     vcd: Vcd = None,
@@ -175,22 +158,10 @@ def run(
     twin = "off" if sanitize else chosen(require=require_twin, without=no_twin)
     given = given_settings(settings, seed)
     if verify:
-        others = (given, serve, plots, gdb, vcd, coverage, sanitize, dry_run, view, speed)
+        others = (given, plots, gdb, vcd, coverage, sanitize, dry_run, view, speed)
         if any(option not in (None, False, []) for option in others):
             raise InputError("--verify repeats a run as it was; give --out, --json or --quiet")
         _verify(experiment, out, as_json, quiet)
-    if serve:
-        served_speed = math.inf if fast else speed or 1.0
-        typer.echo(
-            f"--serve goes with the next version; type: kilotwin serve world {experiment}", err=True
-        )
-        serve_world(
-            experiment,
-            given,
-            serving_of(port, can, link_ohc, link_dispatcher, poses, speed=served_speed),
-            Shown(view, view_port, no_browser, as_json, quiet),
-            out,
-        )
     if speed is not None and not view:
         raise InputError("--speed is that of a run beside its page; add --view, or leave it out")
     given = [*_ways_to_run(coverage, sanitize), *given]
@@ -220,7 +191,7 @@ def run(
         )
         if coverage:
             _cover(loaded, outcome)
-        _tell(outcome, plots=plots, as_json=as_json, seen=view)
+        tell(outcome, plots=plots, as_json=as_json, seen=view)
         if not outcome.stop_asked:
             stay(viewer)
     raise typer.Exit(outcome.exit_code)
@@ -265,38 +236,6 @@ def _waits_at(speed: float) -> str:
     )
 
 
-def serving_of(
-    port: int | None,
-    can: list[str] | None,
-    link_ohc: Path | None,
-    link_dispatcher: Path | None,
-    poses: str | None,
-    *,
-    speed: float,
-) -> Serving:
-    """How a world is served, by the options of `kilotwin serve world`."""
-    from kilotwin.table.environment.poses import parse_address
-
-    to = None if poses is None else parse_address(poses)
-    return Serving(port, tuple(can or ()), speed, link_ohc, link_dispatcher, to)
-
-
-def serve_world(
-    experiment: Path, given: list[Setting], serving: Serving, shown: Shown, out: Path | None
-) -> NoReturn:
-    """Serves an experiment's world, until a host has had its run."""
-    # The engine takes frames of the host once in a world step.
-    each_tick = Setting(("engine", "step_ticks"), 1, "serve world")
-    loaded = Experiment.load(experiment, [each_tick, *given])
-    serving.check(loaded)
-    with shown.display(steers=False) as (display, viewer):
-        outcome = run_experiment(loaded, out, sys.argv, display, serving=serving, window=viewer)
-        _tell(outcome, plots=False, as_json=shown.as_json, seen=shown.view)
-        if not outcome.stop_asked:
-            stay(viewer)
-    raise typer.Exit(outcome.exit_code)
-
-
 def _ways_to_run(coverage: bool, sanitize: bool) -> list[Setting]:
     """Settings by which programs run so that what is asked for is seen."""
     if coverage and sanitize:
@@ -321,7 +260,7 @@ def _cover(experiment: Experiment, outcome: Outcome) -> None:
     outcome.summary["coverage"] = report.written(sources, folder)
 
 
-def _tell(outcome: Outcome, *, plots: bool, as_json: bool, seen: bool) -> None:
+def tell(outcome: Outcome, *, plots: bool, as_json: bool, seen: bool) -> None:
     """Prints the summary of a run, and what to type next; `seen`: in the browser."""
     summary = outcome.summary
     if plots:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -23,9 +24,15 @@ from kilotwin.commands.options import (
     ViewPort,
     given_settings,
 )
-from kilotwin.commands.run import Shown, serve_world, serving_of
+from kilotwin.commands.run import Shown, tell
+from kilotwin.commands.window import stay
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.text import Setting
 from kilotwin.files import confinement
 from kilotwin.files.interrupts import heeding_interrupts
+from kilotwin.session.job import Device, Serving
+from kilotwin.session.run import run
+from kilotwin.table.environment.poses import parse_address
 from kilotwin.table.flash.served_programmer import ServedProgrammer
 
 app = typer.Typer(
@@ -97,13 +104,22 @@ def world(
     The host finds an overhead controller's serial port and, with a \\[grid], CAN buses.
     """
     confinement.choose(confine, trust)
-    serve_world(
-        experiment,
-        given_settings(settings, seed),
-        serving_of(port, can, link_ohc, link_dispatcher, poses, speed=math.inf if fast else speed),
-        Shown(view, view_port, no_browser, as_json, quiet),
-        out,
-    )
+    camera = None if poses is None else parse_address(poses)
+    pace = math.inf if fast else speed
+    links: dict[Device, Path | None] = {"ohc": link_ohc, "dispatcher": link_dispatcher}
+    given = {device: link for device, link in links.items() if link is not None}
+    serving = Serving(port, tuple(can or ()), pace, given, camera)
+    # The engine takes frames of the host once in a world step.
+    each_tick = Setting(("engine", "step_ticks"), 1, "serve world")
+    loaded = Experiment.load(experiment, [each_tick, *given_settings(settings, seed)])
+    serving.check(loaded)
+    shown = Shown(view, view_port, no_browser, as_json, quiet)
+    with shown.display(steers=False) as (display, viewer):
+        outcome = run(loaded, out, sys.argv, display, serving=serving, window=viewer)
+        tell(outcome, plots=False, as_json=as_json, seen=view)
+        if not outcome.stop_asked:
+            stay(viewer)
+    raise typer.Exit(outcome.exit_code)
 
 
 @app.command(
