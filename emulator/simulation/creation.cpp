@@ -49,13 +49,6 @@ Cycles run_cycles(const SimulationDef &def) {
     return round_up(lead);
 }
 
-/// Known before robots are created, since lists by robot are.
-size_t count_robots(const SimulationDef &def) {
-    size_t count = 0;
-    for (const auto &group : def.groups) count += group.count;
-    return count;
-}
-
 /// The image of a robot on a board; EngineError if it is none.
 std::shared_ptr<const FlashImage> robots_image(const std::string &file) {
     auto flash = FlashImage::load(file);
@@ -87,11 +80,9 @@ Simulation::Simulation(const SimulationDef &def)
                def.recalls_passes},
       boards_(robots_, context_),
       commands_(def.commands, run_at_),
-      wake_(count_robots(def), 0) {
-    if (wake_.empty()) throw EngineError("there is no robot");
-    if (!def.lab.empty() && def.lab.size() != wake_.size())
-        throw EngineError("a lab has as many robots as there are, or none");
-    create_robots();
+      bodies_(create_bodies(create_robots())),
+      floor_(def.floor, run_at_, step_, def_.arena, def.profile.radius_m, bodies_),
+      wake_(robots_.size(), 0) {
     if (def.grid)
         grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
                       !def.kilobot_medium, def.run_ahead, &boards_);
@@ -112,7 +103,7 @@ Simulation::~Simulation() {
     if (black_box_ != nullptr) munmap(black_box_, sizeof *black_box_);
 }
 
-void Simulation::create_robots() {
+Simulation::Places Simulation::create_robots() {
     std::vector<Pose> given, poses;
     for (const auto &group : def_.groups)
         given.insert(given.end(), group.poses.begin(), group.poses.end());
@@ -123,6 +114,9 @@ void Simulation::create_robots() {
             place_uniformly(poses, group.count, def_.arena, radius_m, chance_, objects);
         else
             poses.insert(poses.end(), group.poses.begin(), group.poses.end());
+    if (poses.empty()) throw EngineError("there is no robot");
+    if (!def_.lab.empty() && def_.lab.size() != poses.size())
+        throw EngineError("a lab has as many robots as there are, or none");
     robots_.reserve(poses.size());
     uint32_t index = 0;
     for (const auto &group : def_.groups) {
@@ -136,33 +130,21 @@ void Simulation::create_robots() {
             robots_.back().set_light(def_.light.at(poses[index].position, def_.arena));
         }
     }
-    create_bodies(poses, objects);
+    return {poses, objects};
 }
 
 // Robots of a group share a program. `first` is the first robot of the group, for events.
 std::unique_ptr<Driver> Simulation::make_driver(const SimulationDef::Group &group, uint32_t first) {
-    std::string handlers;
-    std::unique_ptr<Driver> driver;
-    switch (group.tier) {
-    case Tier::NATIVE: {
-        Program &program = Program::load(group.program, group.name);
-        handlers = program.own_handlers();
-        driver = std::make_unique<NativeDriver>(program, group.count);
-        break;
-    }
-    case Tier::TRANSLATED: {
-        TranslatedProgram &program = TranslatedProgram::load(group.program, group.name);
-        driver = std::make_unique<TranslatedDriver>(program, group.count);
-        break;
-    }
-    case Tier::CHIP:
-    case Tier::INTERPRETED:
-        driver = std::make_unique<ChipDriver>(group.tier, group.name, group.program);
-    }
-    if (!handlers.empty())
+    if (is_on_board(group.tier))
+        return std::make_unique<ChipDriver>(group.tier, group.name, group.program);
+    if (group.tier == Tier::TRANSLATED)
+        return std::make_unique<TranslatedDriver>(
+            TranslatedProgram::load(group.program, group.name), group.count);
+    Program &program = Program::load(group.program, group.name);
+    if (const std::string handlers = program.own_handlers(); !handlers.empty())
         events_.push_back({0, first, 0, group.name, EventKind::NOTE,
                            "its own interrupt handlers are never called here: " + handlers});
-    return driver;
+    return std::make_unique<NativeDriver>(program, group.count);
 }
 
 // Spreads are cut at three standard deviations, so that no robot is an extreme one. A lab's robot
@@ -195,17 +177,15 @@ Calibration Simulation::calibrate(uint32_t index) const {
             gains};
 }
 
-void Simulation::create_bodies(const std::vector<Pose> &poses,
-                               const std::vector<PlacedObject> &objects) {
+Bodies Simulation::create_bodies(const Places &places) const {
     const double radius = def_.profile.radius_m;
     const double reach_m =
         def_.kilobot_medium ? KilobotChannel::reach_m(*def_.kilobot_medium) : def_.range_m;
     // A robot hides others that are within reach even where its centre is not.
     const double hides_m = !def_.kilobot_medium && def_.line_of_sight ? radius : 0;
     const double senses_m = def_.floor ? 2 * radius + def_.floor->obstacle_m : 0;
-    bodies_.emplace(def_.arena, def_.profile, chance_, step_, start_, poses,
-                    std::max(reach_m + hides_m, senses_m), objects);
-    floor_.emplace(def_.floor, run_at_, step_, def_.arena, radius, *bodies_);
+    return Bodies(def_.arena, def_.profile, chance_, step_, start_, places.poses,
+                  std::max(reach_m + hides_m, senses_m), places.objects);
 }
 
 // Kinds are added in the order in which they are executed where they are due at the same time.
@@ -215,24 +195,24 @@ void Simulation::create_kilobot_channel() {
     const auto beacons = static_cast<uint32_t>(def_.beacons.size());
     auto channel = std::make_unique<KilobotChannel>(
         *def_.kilobot_medium,
-        ChannelContext{chance_, robots_, *bodies_, emissions_, step_, def_.run_ahead},
-        beacons + cells, !floor_->exists() && may_run_ahead(),
+        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead},
+        beacons + cells, !floor_.exists() && may_run_ahead(),
         [this](uint32_t robot, Cycles until) { ran_ahead(robot, until); });
     if (!boards_.empty())
         stations_.push_back(std::make_unique<BoardRobots>(boards_, *channel, chance_));
     // Behind the robots and before the cells, which take all that follows for theirs.
     if (beacons > 0) {
         stations_.push_back(std::make_unique<KilobotBeacons>(
-            def_.beacons, def_.kilobot_medium->range_m, *channel, *bodies_, chance_, robots));
+            def_.beacons, def_.kilobot_medium->range_m, *channel, bodies_, chance_, robots));
         channel->assign(*stations_.back(), robots, beacons);
     }
     const uint32_t first_cell = robots + beacons;
     if (grid_ && grid_->on_board())
         stations_.push_back(
-            std::make_unique<BoardCells>(*grid_, boards_, *channel, *bodies_, chance_, first_cell));
+            std::make_unique<BoardCells>(*grid_, boards_, *channel, bodies_, chance_, first_cell));
     else if (grid_)
         stations_.push_back(
-            std::make_unique<GuestCells>(*grid_, *channel, *bodies_, chance_, first_cell));
+            std::make_unique<GuestCells>(*grid_, *channel, bodies_, chance_, first_cell));
     if (grid_) channel->assign(*stations_.back(), first_cell, cells);
     for (auto &kind : stations_) channel->add(*kind);
     channel_ = std::move(channel);
@@ -243,7 +223,7 @@ void Simulation::create_ideal_channel() {
         throw EngineError("boards need the kilobot medium: the ideal one has no pulses");
     auto channel = std::make_unique<IdealChannel>(
         IdealChannel::Settings{def_.range_m, def_.line_of_sight, def_.profile.radius_m},
-        ChannelContext{chance_, robots_, *bodies_, emissions_, step_, def_.run_ahead});
+        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead});
     if (!def_.beacons.empty())
         stations_.push_back(
             std::make_unique<IdealBeacons>(def_.beacons, def_.range_m, *channel, chance_));

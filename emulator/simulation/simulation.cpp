@@ -59,19 +59,19 @@ void Simulation::step(Cycles limit) {
     give_commands(end);
     const Cycles told = std::min(commands_.next_at(), channel_->next_light());
     limit = std::min(limit, std::max(end, begin_of_step(told, step_)));
-    if (bodies_->refresh_lists()) channel_->lists_changed();
-    floor_->begin_step(now_);
+    if (bodies_.refresh_lists()) channel_->lists_changed();
+    floor_.begin_step(now_);
     sense_on_boards();
     channel_->run(now_, end, limit);
     // Chips have been executed within run(), up to the end of the step.
     for (uint32_t robot : boards_.robots()) take_motor_commands(robot);
     run_due_robots(limit);
     channel_->end_step();
-    bodies_->step();
+    bodies_.step();
     now_ = end;
     steps_++;
     if (black_box_ != nullptr) black_box_->steps = steps_;
-    floor_->end_step(now_);
+    floor_.end_step(now_);
 }
 
 /// Hands out the commands before `until`.
@@ -86,7 +86,7 @@ void Simulation::give(const Command &command, Cycles at) {
         const uint32_t index = robot.index();
         if (!command.is_for(robot.uid())) continue;
         if (!command.is_everywhere() &&
-            (bodies_->position(index) - command.centre).norm() > command.radius_m)
+            (bodies_.position(index) - command.centre).norm() > command.radius_m)
             continue;
         robot.receive_beside(at, command.message);
         channel_->order(index, at);
@@ -95,14 +95,14 @@ void Simulation::give(const Command &command, Cycles at) {
 
 void Simulation::place(size_t robot, const Pose &pose) {
     const uint32_t index = index_of(robot);
-    if (!bodies_->has_room(index, pose.position))
+    if (!bodies_.has_room(index, pose.position))
         throw EngineError("robot " + std::to_string(robot) + " has no room there");
     put(index, pose);
 }
 
 void Simulation::turn(size_t robot, double heading) {
     const uint32_t index = index_of(robot);
-    put(index, {bodies_->position(index), heading});
+    put(index, {bodies_.position(index), heading});
 }
 
 uint32_t Simulation::index_of(size_t robot) const {
@@ -113,8 +113,8 @@ uint32_t Simulation::index_of(size_t robot) const {
 /// A robot's surroundings are known from where it stood: bodies, lists and floor
 /// find it anew. Robots have not been run beyond now_ (advance()), so nothing they did is undone.
 void Simulation::put(uint32_t robot, const Pose &pose) {
-    bodies_->place(robot, {pose.position, wrapped(pose.heading)});
-    floor_->look_again();
+    bodies_.place(robot, {pose.position, wrapped(pose.heading)});
+    floor_.look_again();
 }
 
 void Simulation::set_ambient(double reading) {
@@ -132,15 +132,15 @@ void Simulation::set_peak(size_t lamp, double reading) {
 /// Between two calls of advance() no robot has been executed beyond now_.
 void Simulation::shine_on_robots() {
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        robots_[robot].set_light(def_.light.at(bodies_->position(robot), def_.arena));
+        robots_[robot].set_light(def_.light.at(bodies_.position(robot), def_.arena));
 }
 
 /// Sets readings and floor messages of robots on boards for this step.
 void Simulation::sense_on_boards() {
     for (uint32_t robot : boards_.robots()) {
-        robots_[robot].set_light(def_.light.at(bodies_->position(robot), def_.arena));
-        floor_->look(robot, NEVER, false);
-        floor_->tell(robots_[robot], now_ + step_);
+        robots_[robot].set_light(def_.light.at(bodies_.position(robot), def_.arena));
+        floor_.look(robot, NEVER, false);
+        floor_.tell(robots_[robot], now_ + step_);
     }
 }
 
@@ -156,13 +156,13 @@ void Simulation::run_due_robots(Cycles limit) {
 void Simulation::run_on(uint32_t robot, Cycles limit) {
     const Cycles end = now_ + step_;
     if (light_changes())
-        robots_[robot].set_light(def_.light.at(bodies_->position(robot), def_.arena));
-    limit = floor_->look(robot, limit, !def_.run_ahead);
+        robots_[robot].set_light(def_.light.at(bodies_.position(robot), def_.arena));
+    limit = floor_.look(robot, limit, !def_.run_ahead);
     Cycles until = end;
     // Less than a step brings nothing: it would be due in the next one all the same.
     if (limit > end && may_run_ahead())
         until = std::max(channel_->lookahead(robot, end + step_, limit), end);
-    floor_->tell(robots_[robot], until);
+    floor_.tell(robots_[robot], until);
     channel_->run_robot(robot, until);
     ran_ahead(robot, until);
 }
@@ -177,8 +177,8 @@ void Simulation::ran_ahead(uint32_t robot, Cycles until) {
 
 void Simulation::take_motor_commands(uint32_t index) {
     for (const auto &command : robots_[index].motor_commands()) {
-        bodies_->command(index, {std::max(command.at, now_), command.left, command.right});
-        floor_->disturb(index, command.at);
+        bodies_.command(index, {std::max(command.at, now_), command.left, command.right});
+        floor_.disturb(index, command.at);
     }
     robots_[index].motor_commands().clear();
 }
@@ -187,17 +187,17 @@ void Simulation::take_motor_commands(uint32_t index) {
 void Simulation::prefetch_due_after(size_t i) const {
     constexpr size_t SOON = 3, LATER = 5, LATEST = 7;
     if (!prefetches(robots_.size()) || i + LATEST >= due_.size()) return;
-    const Neighbours &lists = bodies_->lists();
+    const Neighbours &lists = bodies_.lists();
     const uint32_t latest = due_[i + LATEST], later = due_[i + LATER];
     robots_[latest].prefetch();
-    bodies_->prefetch(latest);
+    bodies_.prefetch(latest);
     lists.prefetch_place(latest);
     channel_->prefetch(latest);
     robots_[later].prefetch_state();
     lists.prefetch(later);
     for (uint32_t other : lists.of(due_[i + SOON])) {
         channel_->prefetch_next_begin(other);
-        bodies_->prefetch_place(other);
+        bodies_.prefetch_place(other);
     }
 }
 
@@ -221,10 +221,10 @@ Statistics Simulation::statistics() const {
     return {steps_,
             channel_->counts(),
             delivered,
-            bodies_->solver_steps(),
-            bodies_->island_steps(),
-            bodies_->list_rebuilds(),
-            bodies_->overlaps()};
+            bodies_.solver_steps(),
+            bodies_.island_steps(),
+            bodies_.list_rebuilds(),
+            bodies_.overlaps()};
 }
 
 void Simulation::sample_if_due() {
@@ -239,11 +239,11 @@ void Simulation::sample_if_due() {
 void Simulation::sample_into(Samples &samples, const SampleExtras &extras) const {
     samples.tick.push_back(tick());
     for (uint32_t robot = 0; robot < robots_.size(); robot++) {
-        const Pose pose = bodies_->pose(robot);
+        const Pose pose = bodies_.pose(robot);
         samples.add_robot(pose, robots_[robot].color(now_), def_.arena.site_at(pose.position));
     }
-    for (uint32_t object = 0; object < bodies_->objects(); object++)
-        samples.add_object(bodies_->object_pose(object));
+    for (uint32_t object = 0; object < bodies_.objects(); object++)
+        samples.add_object(bodies_.object_pose(object));
     add_extras(samples, extras);
 }
 

@@ -200,18 +200,23 @@ class Simulation {
     std::vector<Heard> heard_by(uint32_t robot) const;
 
     /// Seconds that a robot's motors were on so far while neither turned.
-    double hummed_s(uint32_t robot) const { return bodies_->hummed_s(robot); }
+    double hummed_s(uint32_t robot) const { return bodies_.hummed_s(robot); }
 
   private:
     uint32_t index_of(size_t robot) const;       ///< EngineError if there is no such robot
     void put(uint32_t robot, const Pose &pose);  ///< where there is room
 
+    struct Places {
+        std::vector<Pose> poses;
+        std::vector<PlacedObject> objects;
+    };
+
     // Creation, in creation.cpp, in this order; one of the two channels.
-    void create_robots();
+    Places create_robots();
     std::unique_ptr<Driver> make_driver(const SimulationDef::Group &group, uint32_t first);
     /// Differences from robot to robot: oscillator, receiver, uid.
     Calibration calibrate(uint32_t index) const;
-    void create_bodies(const std::vector<Pose> &poses, const std::vector<PlacedObject> &objects);
+    Bodies create_bodies(const Places &places) const;
     void create_kilobot_channel();
     void create_ideal_channel();
     /// From power-up to start_.
@@ -259,8 +264,8 @@ class Simulation {
     Swarm<Robot> robots_;                              ///< by index; those on boards too
     Boards boards_;                                    ///< empty without chips
     Commands commands_;                                ///< of the definition, those to come
-    std::optional<Bodies> bodies_;                     ///< always there once created
-    std::optional<FloorSensing> floor_;                ///< likewise; may sense nothing
+    Bodies bodies_;                                    ///< of all robots, and of objects
+    FloorSensing floor_;                               ///< may sense nothing
     std::optional<Grid> grid_;                         ///< only with a Kilogrid
     std::unique_ptr<Channel> channel_;                 ///< the medium
     std::vector<std::unique_ptr<Stations>> stations_;  ///< but for robots as guests
