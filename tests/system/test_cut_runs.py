@@ -381,7 +381,7 @@ def run(experiment: Experiment, folder: Path, most: Callable[[], int]) -> dict[s
         folder,
         {},
         None,
-        None if modules is None else str(modules.file),
+        "" if modules is None else str(modules.file),
         symbols=symbols_of(guests, modules),
     )
     trial = CutTrial(job, lambda: _make_folder(job), most)

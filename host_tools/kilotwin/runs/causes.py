@@ -4,6 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from kilotwin.runs.event_places import uid_of
+
 _NAMED = 3
 
 
@@ -49,11 +51,7 @@ def causes(events: Iterable[Mapping[str, Any]]) -> list[Cause]:
     """The causes of failures, in their order."""
     found: dict[tuple[Any, ...], Cause] = {}
     for event in events:
-        named = (
-            event.get("uid", event["robot"])
-            if "robot" in event
-            else "-".join(map(str, event["module"]))
-        )
+        named = uid_of(event) if "robot" in event else "-".join(map(str, event["module"]))
         cause = found.setdefault(
             cause_key(event),
             Cause(

@@ -21,6 +21,11 @@ CODE = "code"
 FIELDS = ("file", "line", "function")
 
 
+def uid_of(event: Mapping[str, Any]) -> int:
+    """The uid of the robot that an event is about; its index and 1 if the event has none."""
+    return int(event.get("uid", event["robot"] + 1))
+
+
 class EventPlaces:
     """Knows the programs of an experiment."""
 

@@ -25,6 +25,7 @@ from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.columns import MODULES_SCHEMA, Records, chosen_of, module_rows
+from kilotwin.runs.event_places import uid_of
 from kilotwin.runs.folder import (
     EVENTS,
     EXPERIMENT,
@@ -63,12 +64,12 @@ class RunWriter:
         self._skipped: tuple[Samples, MetricValues] | None = None  # newest sample, without rows
         self._robots = Stream(folder / "robots.arrows", self._records.robots_schema)
         self._sites = Stream(folder / "sites.arrows", self._records.sites_schema)
-        self._objects: Stream | None = None
+        more = {}
         if experiment.keys.object and "engine" in manifest:
-            self._objects = Stream(folder / f"{OBJECTS}.arrows", self._records.objects_schema)
-        self._modules: Stream | None = None
+            more[OBJECTS] = self._records.objects_schema
         if experiment.keys.record.has("modules") and "engine" in manifest:
-            self._modules = Stream(folder / f"{MODULES}.arrows", MODULES_SCHEMA)
+            more[MODULES] = MODULES_SCHEMA
+        self._more = {name: Stream(folder / f"{name}.arrows", more[name]) for name in more}
         self._events = (folder / EVENTS).open("w")
         self.before_event: Callable[[], None] = lambda: None
         """Called before add_event() writes, for what is to be written before."""
@@ -82,8 +83,8 @@ class RunWriter:
         counts = self.count(samples)
         self._add_robots(samples, measured)
         self._sites.write(self._records.sites(samples, counts, measured))
-        if self._objects is not None:
-            self._objects.write(self._records.objects(samples))
+        if OBJECTS in self._more:
+            self._more[OBJECTS].write(self._records.objects(samples))
         return counts
 
     def _add_robots(self, samples: "Samples", measured: MetricValues) -> None:
@@ -98,12 +99,11 @@ class RunWriter:
     @property
     def wants_modules(self) -> bool:
         """Whether modules are recorded."""
-        return self._modules is not None
+        return MODULES in self._more
 
     def add_modules(self, tick: int, modules: "list[ModuleRecord]") -> None:
-        """Writes how a grid's modules are at a sample, if that is recorded."""
-        if self._modules is not None:
-            self._modules.write(module_rows(tick, modules))
+        """Writes how a grid's modules are at a sample; only if `wants_modules`."""
+        self._more[MODULES].write(module_rows(tick, modules))
 
     def count(self, samples: "Samples") -> Counts:
         """How many robots do what, in each of the samples."""
@@ -122,7 +122,7 @@ class RunWriter:
                 continue
             self._write_event(event)
             if event["kind"] == PRINT and "robot" in event:
-                self._prints.add(event.get("uid", event["robot"] + 1), event["tick"], event["text"])
+                self._prints.add(uid_of(event), event["tick"], event["text"])
         self._events.flush()
         self._prints.write()
 
@@ -142,10 +142,9 @@ class RunWriter:
                 self._skipped = None
             for event in self._print_limit.left_out():
                 self._write_event(event)
-            streams = (self._robots, self._sites, self._objects, self._modules)
-            for stream in (*streams, self._events):
-                if stream is not None:
-                    stream.close()
+            for stream in (self._robots, self._sites, *self._more.values()):
+                stream.close()
+            self._events.close()
             if clean:
                 for stream_file in sorted(self.folder.glob("*.arrows")):
                     _keep_as_parquet(stream_file)

@@ -86,25 +86,24 @@ class AttachedViewer:
         self._shown = shown
         self._may = {"steers": steers, "framed": framed}
         self._process: subprocess.Popen[bytes] | None = None
-        self._ours: socket.socket | None = None
-        self._theirs: socket.socket | None = None
+        self._pair: tuple[socket.socket, socket.socket] | None = None  # the viewer's, the run's
 
     @property
     def run_end(self) -> int:
         """The descriptor that the run's process inherits, or has; made when first asked for."""
-        if self._theirs is None:
-            self._ours, self._theirs = socket.socketpair()
-        return self._theirs.fileno()
+        self._pair = self._pair or socket.socketpair()
+        return self._pair[1].fileno()
 
     def handed_over(self) -> None:
-        """Another process has it: closes ours, so that the viewer learns when that ends."""
-        if self._theirs is not None:
-            self._theirs.close()
+        """Another process has the run's end: closes it here, so that the viewer learns when that
+        process ends."""
+        if self._pair is not None:
+            self._pair[1].close()
 
     def open(self, folder: Path) -> None:
         """Starts the process, and says where the page is."""
         listener = self._place.socket.fileno()
-        link = -1 if self._ours is None else self._ours.fileno()
+        link = -1 if self._pair is None else self._pair[0].fileno()
         # A process group of its own: Ctrl-C is for the run.
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "kilotwin.view.beside"],
@@ -123,8 +122,8 @@ class AttachedViewer:
         }
         self._tell(json.dumps(asked))
         self._place.socket.close()
-        if self._ours is not None:
-            self._ours.close()
+        if self._pair is not None:
+            self._pair[0].close()
         self._shown(self.address)
 
     def stay(self, waits: Callable[[], None]) -> None:
@@ -144,9 +143,8 @@ class AttachedViewer:
 
     def close(self) -> None:
         """Ends the viewer; pages keep what they have."""
-        for end in (self._ours, self._theirs):
-            if end is not None:
-                end.close()
+        for end in self._pair or ():
+            end.close()
         if self._process is None:
             self._place.socket.close()
             return

@@ -41,7 +41,7 @@ def confine_worker(job: Job) -> dict[str, Any]:
     if required and missing:
         raise RunError(f"--confine=require: {missing[0]}; use a newer kernel, or leave it out")
     load_libraries(job.experiment)
-    if job.live is not None or job.acts:
+    if job.viewers or job.acts:
         import kilotwin.session.live
         import kilotwin.session.steering  # noqa: F401 (a confined process could not)
     if threading.active_count() > 1:

@@ -11,10 +11,9 @@ from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.spec.engine import engine_spec
 from kilotwin.experiment.spec.overhead import WAKEUP
-from kilotwin.files.headers import MODULE_M, MOST_PER_BUS
+from kilotwin.files.headers import GAIN_DISTANCES_MM, MODULE_M, MOST_PER_BUS
 from kilotwin.session.emulated_calibration import EmulatedTable
 from kilotwin.session.world import experiment_of
-from kilotwin.table.lab.gain_tables import DISTANCES_MM
 from kilotwin.table.links.robot_link import RobotLink
 
 # Sections that distinguish robots, and say how they receive.
@@ -60,7 +59,6 @@ class EmulatedJig:
             [""] * len(self._experiment.groups),
             sample_ticks=1,
             black_box=None,
-            module_guest="",
         )
         self._table = EmulatedTable(self._experiment_at(mm), {key: own[key] for key in _OF_ROBOTS})
         if self._places:
@@ -79,7 +77,7 @@ class EmulatedJig:
         """A table on which each pair is beyond the reach of the others."""
         medium = self._experiment.keys.medium
         reach_m = medium.range_m * (1 + _RANGE_LIMIT * (medium.range_spread or 0)) + _FREE_M
-        step_x, step_y = reach_m + DISTANCES_MM[-1] / 1000, reach_m
+        step_x, step_y = reach_m + GAIN_DISTANCES_MM[-1] / 1000, reach_m
         across = max(1, round(math.sqrt(len(self.pairs) * step_y / step_x)))
         down = math.ceil(len(self.pairs) / across)
         columns = math.ceil(across * step_x / MODULE_M)

@@ -1,9 +1,10 @@
 """A run as the parent passes it to its worker process."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
@@ -12,6 +13,10 @@ from kilotwin.session.faster_code import Files
 
 if TYPE_CHECKING:
     from kilotwin.table.environment.poses import Address
+
+
+Device = Literal["ohc", "dispatcher"]
+"""A device of a served table that has a serial port."""
 
 
 @dataclass(frozen=True)
@@ -28,22 +33,15 @@ class Serving:
     """How robots wait for a host, and a table does. `interfaces` of the kernel, one per bus, are
     in place of the server.
 
-    `speed`: simulated seconds per second; infinite for as fast as it goes. `ohc_link`,
-    `dispatcher_link`: names for the ports of overhead controller and dispatcher. `poses`: where a
-    camera above the robots tells their poses.
+    `speed`: simulated seconds per second; infinite for as fast as it goes. `links`: names for the
+    ports of devices. `poses`: where a camera above the robots sends their poses.
     """
 
     port: int | None = None
     interfaces: tuple[str, ...] = ()
     speed: float = 1.0
-    ohc_link: Path | None = None
-    dispatcher_link: Path | None = None
+    links: Mapping[Device, Path] = field(default_factory=dict)
     poses: "Address | None" = None
-
-    @property
-    def links(self) -> list[Path]:
-        """Names for ports, as far as they are given."""
-        return [link for link in (self.ohc_link, self.dispatcher_link) if link is not None]
 
     def check(self, experiment: Experiment) -> None:
         """InputError if the experiment has no such table."""
@@ -54,7 +52,7 @@ class Serving:
             given = {
                 "--can": bool(self.interfaces),
                 "--port": self.port is not None,
-                "--link-dispatcher": self.dispatcher_link is not None,
+                "--link-dispatcher": "dispatcher" in self.links,
             }
             for option in (name for name, is_given in given.items() if is_given):
                 what = f"{experiment.origin.source} has no [grid], so no CAN buses"
@@ -73,7 +71,7 @@ class Serving:
 class Job:
     """One run; `guests` are the files of the built programs, one per group of the experiment.
 
-    `module_guest` is that of a grid's modules.
+    `module_guest` is that of a grid's modules, "" without a grid.
     """
 
     experiment: Experiment
@@ -81,7 +79,7 @@ class Job:
     folder: Path
     manifest: dict[str, Any]
     black_box: str | None
-    module_guest: str | None = None
+    module_guest: str = ""
     serving: Serving | None = None
     """Robots wait for a host from outside, as a grid does, in place of one that has its own."""
     probes: Probes = Probes()
@@ -99,8 +97,8 @@ class Job:
     """Robots whose messages are reported, those of the first ..."""
     listen_s: float = 0
     """... seconds, for their programs' twins."""
-    live: int | None = None
-    """The worker's end of the socket to a viewer, inherited; see session/live_link.py."""
+    viewers: tuple[int, ...] = ()
+    """The worker's ends of sockets to viewers, inherited; see session/live_link.py."""
     speed: float = math.inf
     """How many times real time it goes once a page of the viewer is open, for which it waits;
     infinite: as fast as it can, and at once."""
@@ -108,4 +106,4 @@ class Job:
     @property
     def all_guests(self) -> list[str]:
         """Those of robots, then that of modules."""
-        return [*self.guests, *([] if self.module_guest is None else [self.module_guest])]
+        return [*self.guests, *([self.module_guest] if self.module_guest else [])]

@@ -143,7 +143,7 @@ def run(
     twins = Twins(natives, twin, display.note, listens=serving is None)
     with BlackBox.made() as black_box, Optimiser(built) as optimiser:
         files = [str(guest.file) for guest in guests]
-        module_file = None if modules is None else str(modules.file)
+        module_file = "" if modules is None else str(modules.file)
         job = Job(
             experiment,
             files,
@@ -160,17 +160,23 @@ def run(
             faster=() if runs_native_code(experiment) else expected(experiment, guests),
             listen_to=twins.robots,
             listen_s=TWIN_S,
-            live=None if window is None else window.run_end,
+            viewers=() if window is None else (window.run_end,),
             speed=speed,
         )
         try:
             child = _Child(
-                job, display, timeout_s, functions, window, optimiser=optimiser, twins=twins
+                job,
+                display,
+                math.inf if timeout_s is None else timeout_s,
+                functions,
+                window,
+                optimiser=optimiser,
+                twins=twins,
             )
             outcome = child.wait()
         finally:
             display.stop()
-            for link in serving.links if serving is not None else ():
+            for link in serving.links.values() if serving is not None else ():
                 remove_dead(link)
     outcome.summary["record"] = {**size.as_dict(), "bytes": bytes_of(folder)}
     if outcome.stop_asked:
@@ -245,7 +251,7 @@ class _Child:
         self,
         job: Job,
         display: Display,
-        timeout_s: float | None,
+        timeout_s: float,
         functions: LocalFunctions | None,
         window: Window | None,
         *,
@@ -452,7 +458,7 @@ class _Child:
             patience.start()
 
         patience = threading.Timer(_PATIENCE_S, give_up)
-        limit = threading.Timer(self._timeout_s or 0, time_is_over)
+        limit = threading.Timer(self._timeout_s, time_is_over)
         patience.daemon = limit.daemon = True
 
         def stop(number: int, frame: FrameType | None) -> None:
@@ -476,7 +482,7 @@ class _Child:
                     return
 
         watcher = threading.Thread(target=look, daemon=True)
-        if self._timeout_s is not None:
+        if math.isfinite(self._timeout_s):
             limit.start()
         watcher.start()
         with heeding_interrupts(stop):

@@ -55,7 +55,7 @@ class ServedTable(EachTick):
         self._serving = serving
         layout = self._plan.layout
         self._source = experiment.origin.source
-        self._dispatcher = ServedDispatcher(simulation, layout, serving.dispatcher_link)
+        self._dispatcher = ServedDispatcher(simulation, layout, serving.links.get("dispatcher"))
         try:
             self._bridge = _open(serving, layout.buses)
         except DeviceError:

@@ -125,7 +125,7 @@ def serve(
     companions: list[Companion] = []
     notes: list[str] = []
     with contextlib.ExitStack() as opened:
-        overhead = ServedOverhead(simulation, serving.ohc_link)
+        overhead = ServedOverhead(simulation, serving.links.get("ohc"))
         opened.callback(overhead.close)
 
         def begun() -> int | None:

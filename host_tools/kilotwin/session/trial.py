@@ -255,7 +255,7 @@ class Trial(Generic[WriterT]):
         once. Beside a viewer, looks are to take their share of this process's time, not of all."""
         if self._job.serving is not None:
             return Attention(0.0)
-        if self._job.live is None:
+        if not self._job.viewers:
             return Attention(_CHUNK_S)
         from kilotwin.session.live import chunk_s
 
@@ -275,15 +275,15 @@ class Trial(Generic[WriterT]):
         return [Repetition(self._job.acts, self._make_steering().do)] if self._job.acts else []
 
     def _viewers(self) -> list[Companion]:
-        """The link to a viewer, which does not steer where hosts outside have the say."""
+        """The links to viewers, which do not steer where hosts outside have the say."""
         job, world = self._job, self._world
-        if job.live is None:
+        if not job.viewers:
             return []
         from kilotwin.session.live import Live
 
         return [
             Live(
-                job.live,
+                viewer,
                 self._simulation,
                 self._make_steering() if job.serving is None else None,
                 grid=self._keys.grid is not None,
@@ -292,6 +292,7 @@ class Trial(Generic[WriterT]):
                 others=(sys.stdin.fileno(),),
                 speed=job.speed,
             )
+            for viewer in job.viewers
         ]
 
     def _make_steering(self) -> "Steering":

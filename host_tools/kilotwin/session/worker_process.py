@@ -34,9 +34,11 @@ class WorkerProcess(Protocol):
     """
 
     pid: int
-    stdin: IO[bytes] | None
-    stdout: IO[bytes] | None
 
+    @property
+    def stdin(self) -> IO[bytes] | None: ...
+    @property
+    def stdout(self) -> IO[bytes] | None: ...
     def __enter__(self) -> Self: ...
     def __exit__(
         self,
@@ -82,7 +84,7 @@ def _python(job: Job, log: IO[str]) -> WorkerProcess:
         stdout=subprocess.PIPE,
         stderr=log,
         process_group=0,
-        pass_fds=() if job.live is None else (job.live,),
+        pass_fds=job.viewers,
         env={**os.environ, **({} if unconfined_because(job.experiment) else SINGLE_THREADED)},
     )
     assert process.stdin is not None
@@ -105,15 +107,14 @@ class _Fork:
             _be_worker(job, parent, (orders[0], reports[1], log.fileno()))
         os.close(orders[0])
         os.close(reports[1])
-        self.stdin: IO[bytes] | None = os.fdopen(orders[1], "wb")
-        self.stdout: IO[bytes] | None = os.fdopen(reports[0], "rb")
+        self.stdin: IO[bytes] = os.fdopen(orders[1], "wb")
+        self.stdout: IO[bytes] = os.fdopen(reports[0], "rb")
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         for pipe in (self.stdin, self.stdout):
-            assert pipe is not None
             with contextlib.suppress(BrokenPipeError):
                 pipe.close()
         self.wait()
@@ -134,18 +135,17 @@ class _Fork:
 
 def _be_worker(job: Job, parent: int, files: tuple[int, int, int]) -> NoReturn:
     """In the child: `files` become its stdin, stdout and stderr, and it has no others but the
-    link to a viewer."""
+    links to viewers."""
     code = 1
     try:
         os.setpgid(0, 0)
-        kept = (*files, *(() if job.live is None else (job.live,)))
+        kept = (*files, *job.viewers)
         # Theirs may be 0 to 3 themselves, where this process was started without those.
         safe = [fcntl.fcntl(file, fcntl.F_DUPFD, len(kept)) for file in kept]
         for number, file in enumerate(safe):
             os.dup2(file, number)
         os.closerange(len(kept), resource.getrlimit(resource.RLIMIT_NOFILE)[0])
-        if job.live is not None:
-            job = replace(job, live=3)
+        job = replace(job, viewers=tuple(range(len(files), len(kept))))
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_DFL)
         sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)

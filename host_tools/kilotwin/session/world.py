@@ -166,7 +166,7 @@ class World:
             [str(guest.file) for guest in guests],
             sample_ticks=_NEVER_TICKS,
             black_box=None,
-            module_guest=None if modules is None else str(modules.file),
+            module_guest="" if modules is None else str(modules.file),
             lead_ticks=0 if modules is None else lead_ticks(self._experiment),
         )
         try:

@@ -22,8 +22,7 @@ class RunLink:
     def __init__(self, end: socket.socket) -> None:
         """`end`: connected; open() comes next, in the event loop."""
         self._end = end
-        self._writer: asyncio.StreamWriter | None = None
-        self._reading: asyncio.Task[None] | None = None
+        self._opened: tuple[asyncio.StreamWriter, asyncio.Task[None]] | None = None
         self._moment: asyncio.Future[bytes] | None = None
         self._close_until = 0.0  # by the loop's clock
         self._orders = 0
@@ -31,8 +30,8 @@ class RunLink:
 
     async def open(self) -> None:
         """Begins to listen to the run."""
-        reader, self._writer = await asyncio.open_connection(sock=self._end)
-        self._reading = asyncio.create_task(self._read(reader))
+        reader, writer = await asyncio.open_connection(sock=self._end)
+        self._opened = writer, asyncio.create_task(self._read(reader, writer))
 
     async def moment(self, *, closely: bool = False) -> bytes:
         """The robots as they are when the run looks next, packed; `closely`: with motors, batteries
@@ -62,17 +61,18 @@ class RunLink:
 
     async def close(self) -> None:
         """Leaves the run alone."""
-        if self._reading is not None:
-            self._reading.cancel()
-            await asyncio.wait([self._reading])
+        if self._opened is not None:
+            _, reading = self._opened
+            reading.cancel()
+            await asyncio.wait([reading])
 
     def _send(self, order: dict[str, Any]) -> None:
-        if self._reading is None or self._reading.done() or self._writer is None:
+        if self._opened is None or self._opened[1].done():
             raise RunError(_NO_RUN)
         data = json.dumps(order).encode()
-        self._writer.write(LENGTH.pack(len(data)) + data)
+        self._opened[0].write(LENGTH.pack(len(data)) + data)
 
-    async def _read(self, reader: asyncio.StreamReader) -> None:
+    async def _read(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:
             while True:
                 (length,) = LENGTH.unpack(await reader.readexactly(LENGTH.size))
@@ -82,6 +82,7 @@ class RunLink:
         except (OSError, EOFError, ValueError):
             return  # the run is over, or one of its programs has written here
         finally:
+            writer.close()
             self._end_all()
 
     def _take(self, packed: bytes) -> None:
@@ -95,8 +96,6 @@ class RunLink:
             self._moment = None
 
     def _end_all(self) -> None:
-        if self._writer is not None:
-            self._writer.close()
         for answer in self._answers.values():
             if not answer.done():
                 answer.set_result(_NO_RUN)

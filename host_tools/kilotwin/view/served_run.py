@@ -9,6 +9,7 @@ import pyarrow.compute as pc
 
 from kilotwin.errors import InputError
 from kilotwin.runs.columns import COUNTERS
+from kilotwin.runs.event_places import uid_of
 from kilotwin.runs.folder import MANIFEST, PRINT, RUNNING, SENT, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
@@ -27,7 +28,7 @@ REPORTED = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
 
 def _line(event: dict[str, Any]) -> str:
     """An event in small letters, as the page shows it (facts.ts)."""
-    who = f"robot {event.get('uid', event['robot'] + 1)}: " if "robot" in event else ""
+    who = f"robot {uid_of(event)}: " if "robot" in event else ""
     if "module" in event:
         who = f"module {'-'.join(map(str, event['module']))}: "
     return f"{who}{event.get('kind')} {event.get('text', '')}".lower()

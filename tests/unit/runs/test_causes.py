@@ -15,7 +15,7 @@ def test_robots_that_fail_at_one_line_are_one_cause_wherever_their_pointers_poin
     events = [crash(robot, 50 - robot, 42, f"address {robot}") for robot in range(6)]
     (cause,) = causes(events)
     assert cause.text("robot") == (
-        "crash at walk.c:42 in loop(): address 0: robots 0, 1, 2 and 3 more (walk), from tick 45"
+        "crash at walk.c:42 in loop(): address 0: robots 1, 2, 3 and 3 more (walk), from tick 45"
     )
     assert cause.as_dict("robot") == {
         "what": "crash at walk.c:42 in loop(): address 0",
@@ -24,8 +24,13 @@ def test_robots_that_fail_at_one_line_are_one_cause_wherever_their_pointers_poin
         "line": 42,
         "first_tick": 45,
         "robots": 6,
-        "first_robot": "0",
+        "first_robot": "1",
     }
+
+
+def test_a_robot_is_named_by_the_uid_of_its_event_else_by_its_index_and_one() -> None:
+    (cause,) = causes([{**crash(0, 1, 42), "uid": 7}, crash(2, 1, 42)])
+    assert cause.whose == ["7", "3"]
 
 
 def test_other_lines_and_other_words_are_other_causes() -> None:

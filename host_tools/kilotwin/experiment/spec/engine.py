@@ -39,7 +39,7 @@ def engine_spec(
     *,
     sample_ticks: int,
     black_box: str | None,
-    module_guest: str | None = None,
+    module_guest: str = "",
     lead_ticks: int = 0,
     waits: bool = False,
     debugged: tuple[int, int] | None = None,
@@ -111,9 +111,9 @@ def engine_spec(
     }
 
 
-def place_of_error(experiment: Experiment, what: str, module_guest: str | None = None) -> KeyPath:
+def place_of_error(experiment: Experiment, what: str, module_guest: str = "") -> KeyPath:
     """The table that an error of the engine is about, which did not like its spec."""
-    if module_guest is not None and what.startswith(module_guest):
+    if module_guest and what.startswith(module_guest):
         return ("grid",)
     if found := _OBJECT_NUMBER.match(what):
         return "object", int(found[1]) - 1
@@ -137,7 +137,7 @@ def _medium(keys: ExperimentSchema) -> dict[str, Any]:
     return own
 
 
-def _grid(experiment: Experiment, module_guest: str | None) -> dict[str, Any]:
+def _grid(experiment: Experiment, module_guest: str) -> dict[str, Any]:
     keys = experiment.keys
     assert keys.grid is not None
     assert experiment.modules is not None

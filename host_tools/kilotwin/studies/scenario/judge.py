@@ -107,8 +107,7 @@ def _messages(where: str, expect: Expect, runs: Sequence[Ran]) -> ScenarioVerdic
         out = [(n, rate) for n, rate in enumerate(ran.rates) if not least <= rate <= most]
         if out:
             index = out[0][0]
-            uid = ran.uids[index] if ran.uids else index + 1
-            who = f"robot {uid} sent" if len(ran.rates) > 1 else "robots sent"
+            who = f"robot {ran.uids[index]} sent" if len(ran.rates) > 1 else "robots sent"
             more = f", and {len(out) - 1} more robots are outside" if len(out) > 1 else ""
             said = f"{who} {out[0][1]:.3g} messages/s{more} (seed {ran.seed})"
             return ScenarioVerdict(where, expect.text(), False, said, ran.seed)

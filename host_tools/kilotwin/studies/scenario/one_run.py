@@ -28,7 +28,7 @@ class Task:
 
     experiment: Experiment
     guests: list[str]
-    module_guest: str | None
+    module_guest: str
     timeout_s: float
     trusted: bool
     covered: bool = False
@@ -57,8 +57,8 @@ class Ran:
     trouble: str = ""
     timed_out: bool = False
     result_hash: str = ""
-    uids: tuple[int, ...] = ()
-    """The uids of a lab's robots, by index; else a robot's is its index and 1."""
+    uids: Sequence[int] = ()
+    """The uid of each robot, by its index."""
     marks: Sequence[Marks] = ()
     """The marks of each group's program, where that is asked for."""
 
@@ -78,7 +78,7 @@ def tasks_of(
     experiment = settled(experiment, notify)
     built, modules = build_all(experiment, notify, covered=covered, sanitized=sanitized)
     guests = [str(guest.file) for guest in built]
-    module_guest = None if modules is None else str(modules.file)
+    module_guest = "" if modules is None else str(modules.file)
     symbols = symbols_of(built, modules)
     trusted = confinement.mode() == "off"
     first = experiment.keys.seed
@@ -199,6 +199,6 @@ def _understood(task: Task, told: dict[str, Any]) -> Ran:
         tuple(map(Failure.understood, told["undefined"])),
         tuple(map(float, told["rates"])),
         result_hash=str(told["result_hash"]),
-        uids=tuple(task.experiment.uids) if task.experiment.lab else (),
+        uids=task.experiment.uids,
         marks=understood(told["marks"]),
     )

@@ -116,7 +116,7 @@ def job_of(task: Task) -> Job:
         task.folder,
         {},
         None,
-        None if modules is None else str(modules.file),
+        "" if modules is None else str(modules.file),
         symbols=symbols_of(guests, modules),
     )
 

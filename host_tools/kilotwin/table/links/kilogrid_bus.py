@@ -74,8 +74,8 @@ class KilogridBus(can.BusABC):
         self._types = {number: kind for kind, number in types_to_module().items()}
         self._received: deque[can.Message] = deque()
         self._records: dict[tuple[int, int], deque[packets.Record]] = {}
-        # The packet to be sent next, and the request that it answers, if it has to.
-        self._waiting: tuple[bytes, int | None] | None = None
+        # The packet to be sent next, and the request that it answers, if it has to; never a second.
+        self._waiting: list[tuple[bytes, int | None]] = []
         self._ready_s = self._heard_s = self._spoke_s = time.monotonic()
         self._available = False
         self._requested: Notice | None = None
@@ -99,7 +99,7 @@ class KilogridBus(can.BusABC):
         if kind == "TRACKING_REQ":
             self._answer((address.x, address.y))
             return
-        if self._waiting is not None:
+        if self._waiting:
             what = "the dispatcher has not taken the last packet yet"
             raise can.CanOperationError(what, error_code=errno.ENOBUFS)
         if not self._take(kind, address, data):
@@ -122,7 +122,7 @@ class KilogridBus(can.BusABC):
             return
         super().shutdown()
         end_s = time.monotonic() + _STUCK_S + 1
-        while self._waiting is not None and self._gone is None and time.monotonic() < end_s:
+        while self._waiting and self._gone is None and time.monotonic() < end_s:
             self._pump(raises=False)
             time.sleep(_POLL_S)
         self._port.close()
@@ -183,7 +183,7 @@ class KilogridBus(can.BusABC):
     def _queue(self, kind: int, data: bytes, request: int | None = None) -> None:
         if kind in (Dispatched.KILO_BOOTLOAD_START, Dispatched.MODULE_BOOTLOAD_START):
             self._requested = None
-        self._waiting = encode(kind, data), request
+        self._waiting = [(encode(kind, data), request)]
         self._spoke_s = max(self._spoke_s, time.monotonic())
 
     def _configure(self, address: Address, number: int, payload: bytes) -> bool:
@@ -246,17 +246,17 @@ class KilogridBus(can.BusABC):
 
     def _write(self) -> None:
         now_s = time.monotonic()
-        if self._waiting is None:
+        if not self._waiting:
             if self._available and now_s >= self._ready_s and now_s - self._spoke_s > _LINGER_S:
                 self._port.write(packets.CONTINUE)
                 self._available = False
                 self._spoke_s = now_s
             return
-        packet, request = self._waiting
+        packet, request = self._waiting[0]
         if now_s < self._ready_s or not self._may_send(request, now_s):
             return
         self._port.write(packet)
-        self._waiting = None
+        self._waiting.clear()
         self._spoke_s = now_s
         configures = packet[1] == Dispatched.MODULE_CONFIGURATION
         line_s = len(packet) * self._port.byte_s
