@@ -10,8 +10,9 @@ import pytest
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.lab_file import read_lab
+from kilotwin.files.headers import GAIN_DISTANCES_MM
 from kilotwin.session.emulated_jig import EmulatedJig
-from kilotwin.table.lab.gain_tables import DISTANCES_MM, GainTables
+from kilotwin.table.lab.gain_tables import GainTables
 from kilotwin.table.lab.ranging import Ranging
 
 EXPERIMENT = """
@@ -72,7 +73,7 @@ def test_emulated_receivers_tell_their_tables_and_a_lab_gives_robots_those(tmp_p
     few.write_text(f"seed = 9{given}")
     jig = EmulatedJig(Experiment.load(few))
     work = Ranging(jig.pairs, jig, readings=4)
-    work.run_at(DISTANCES_MM[5])
+    work.run_at(GAIN_DISTANCES_MM[5])
     for uid, robot in work.robots.items():
         assert robot.came_with == measured[uid]
         (readings,) = robot.readings.values()

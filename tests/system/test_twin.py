@@ -173,8 +173,8 @@ def test_a_run_that_is_interrupted_does_not_wait_for_its_twin(
     assert json.loads(manifest.read_text())["status"] == "interrupted"
 
 
-# What the other kind says leads it there: followers show green while they heard a leader within so
-# many passes of loop(), which a robot makes in a moment and the emulator in seconds.
+# Followers show green while they received a leader's message within so many passes of loop(). A
+# robot makes those in a moment and the emulator in seconds, so the two differ once leaders send.
 FOLLOWS = """\
 #include <kilolib.h>
 static message_t message;

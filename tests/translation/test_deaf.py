@@ -48,7 +48,7 @@ int main(void) {
     return 0;
 }
 """
-# What the callback does that is asked in each tick, and loop().
+# Code of the callback that each tick asks for a message, and code of loop().
 PROGRAMS = {
     "nothing": ("", ""),
     "rand_hard": ("", "sink = rand_hard()"),

@@ -55,7 +55,7 @@ class SpacingComparison:
 
 
 def compare(folder: Path) -> SpacingComparison:
-    """Of a run folder; InputError if its robots did not print what they heard."""
+    """Compares a run folder; InputError if its robots did not print what they heard."""
     run = Run.open(folder)
     first = run.robots("x_m", "y_m").to_pandas()
     places = first[first.tick == first.tick.min()].set_index("robot")

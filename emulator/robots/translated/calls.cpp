@@ -289,8 +289,8 @@ uint64_t TranslatedRobot::next_of_frame() const {
                                     : TranslatedImage::NO_TIME;
 }
 
-/// What the runtime's reader tells of a frame is whether it is in its leader. Nobody reads the rest
-/// of it.
+/// Of the runtime's reader only the flag "in the leader" is kept up to date: nothing else of it is
+/// read.
 void TranslatedRobot::take_edge(uint16_t delay) {
     const unsigned slot = edge_light_->slot++;
     if (slot % BYTE_SLOTS == 0) edge_light_->start_delay = delay;

@@ -1,5 +1,5 @@
-// Edges of light that a translated robot's interrupt comes too late for, and what a conversion makes
-// of a frame's begin (translated/robot.h).
+// Decides which edges of light a translated robot's interrupt comes too late for, and what a
+// conversion makes of a frame's start (translated/robot.h).
 #include <algorithm>
 #include <cstdlib>
 

@@ -18,10 +18,11 @@ from kilotwin.commands.robots_via import link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, DeviceError, InputError, InterruptError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.section import LAST_UID
+from kilotwin.files.headers import GAIN_DISTANCES_MM
 from kilotwin.session.emulated_jig import EmulatedJig
 from kilotwin.table.flash.progress import stepwise
 from kilotwin.table.lab import lab_store
-from kilotwin.table.lab.gain_tables import DISTANCES_MM, errors_mm, mean_of, reach_mm
+from kilotwin.table.lab.gain_tables import errors_mm, mean_of, reach_mm
 from kilotwin.table.lab.lab_store import Entry
 from kilotwin.table.lab.ranging import READINGS, Jig, RangedRobot, Ranging
 from kilotwin.table.links.robot_link import RobotLink
@@ -34,7 +35,7 @@ EXAMPLES = (
     "  kilotwin calibrate ranging --via emulated:experiments/calibration/fifty-robots.toml"
 )
 _EMULATED_CHECKS = "36,46,56,66,76,86,96"
-_NEAREST_MM, _FARTHEST_MM = DISTANCES_MM[0], 120
+_NEAREST_MM, _FARTHEST_MM = GAIN_DISTANCES_MM[0], 120
 
 Pairs = Annotated[
     str | None,
@@ -106,7 +107,7 @@ def ranging(
                     raise InputError(
                         f"--via {via}: what robots read does not come back by it; use --via grid"
                     )
-                by = _jig(link, jig, via, display, len(DISTANCES_MM) + len(checks))
+                by = _jig(link, jig, via, display, len(GAIN_DISTANCES_MM) + len(checks))
                 result = _calibrated(Ranging(named, by, stepwise(display), readings), checks, lab)
     finally:
         display.stop()

@@ -189,7 +189,7 @@ def _print_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def next_text(summary: dict[str, Any], *, seen: bool) -> str:
-    """What to type next; `seen`: it has been in the browser."""
+    """A line that says what to type next; `seen`: the run has been in the browser."""
     folder = shlex.quote(shown_path(Path(summary["run_folder"])))
     if summary["robots_failed"]:
         return f"to see where robots failed, type: kilotwin view {folder}"

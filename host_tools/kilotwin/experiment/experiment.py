@@ -131,7 +131,7 @@ class Experiment:
         if problem is not None:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
         groups, lab = tuple(_groups(placed, origin)), _lab(keys, origin)
-        if lab:
+        if keys.swarm.lab is not None:
             _check_named(keys, origin, [uid for uid, _ in lab])
         floor, light = floor_picture(keys, origin), light_picture(keys, origin)
         functions = _functions(keys, origin)

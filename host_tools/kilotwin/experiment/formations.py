@@ -10,7 +10,7 @@ from kilotwin.experiment.schema.profile_defaults import PROFILES
 from kilotwin.experiment.schema.start import Formation
 from kilotwin.experiment.toml_lines import KeyPath
 
-PITCH = 2.0
+_PITCH = 2.0
 """Distance of neighbours in diameters of a robot, where a formation says none; in a pile _PILE."""
 _PILE = 1.1
 _GAP_M = 0.0005  # left between robots of a pile, and of a disc
@@ -82,7 +82,7 @@ def poses_of(
 
 def pitch_of(formation: Formation, diameter: float) -> float:
     """Metres between neighbours."""
-    usual = _PILE if formation.shape == "pile" else PITCH
+    usual = _PILE if formation.shape == "pile" else _PITCH
     return usual * diameter if formation.pitch_m is None else formation.pitch_m
 
 

@@ -27,7 +27,7 @@ from kilotwin.experiment.schema.section import LAST_UID, Byte, Section, Text
 from kilotwin.experiment.text import ExperimentText, parse_toml
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
-from kilotwin.files.headers import CONTACT_MM, GAIN_ENTRIES, GAIN_SPACING_MM
+from kilotwin.files.headers import GAIN_DISTANCES_MM
 
 TABLES = ("low_gain", "high_gain")
 
@@ -112,9 +112,10 @@ def with_gains(robot: LabRobot, measured: Sequence[Sequence[float]]) -> LabRobot
     """
     if robot.low_gain is not None:
         return robot
-    distances = [CONTACT_MM + GAIN_SPACING_MM * entry for entry in range(GAIN_ENTRIES)]
     at, *tables = np.array(measured, np.float64).T
-    low, high = (np.rint(np.interp(distances, at, table)).astype(int).tolist() for table in tables)
+    low, high = (
+        np.rint(np.interp(GAIN_DISTANCES_MM, at, table)).astype(int).tolist() for table in tables
+    )
     return robot.model_copy(update={"low_gain": low, "high_gain": high})
 
 

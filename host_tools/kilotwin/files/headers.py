@@ -72,6 +72,8 @@ GAIN_ENTRIES = number_of(_GAINS, "GAIN_ENTRIES")
 CONTACT_MM = number_of(_GAINS, "GAIN_CONTACT_MM")
 """Distance of a gain table's first entry, centre to centre: robots touch."""
 GAIN_SPACING_MM = number_of(_GAINS, "GAIN_SPACING_MM")
+GAIN_DISTANCES_MM = tuple(CONTACT_MM + GAIN_SPACING_MM * entry for entry in range(GAIN_ENTRIES))
+"""Distances of a gain table's entries: centre to centre, from contact on."""
 MOST_READING = number_of(_GAINS, "CONVERTER_MOST")
 """The highest reading of a chip's converter."""
 

@@ -43,7 +43,7 @@ def of_robots(simulation: "_emulator.Simulation", experiment: Experiment) -> Ite
 
 
 def of_programs(experiment: Experiment, stats: dict[str, Any]) -> Iterator[str]:
-    """What the machine code of its programs says, where avr-gcc is; `stats` of the run."""
+    """Notes from the machine code of the programs, where avr-gcc is; `stats` of the run."""
     if experiment.keys.swarm.profile != "kilobot":
         return
     from kilotwin.programs.port.code_facts import facts_of

@@ -1,6 +1,6 @@
-"""What a run was made of, kept in its folder: its programs and their headers, Python of metrics
-and environments, wire files, pictures. The run can be repeated from there on any machine, whatever
-becomes of the originals (`kilotwin run --verify`).
+"""Copies of what a run was made of, in its folder: its programs and their headers, Python of
+metrics and environments, wire files, pictures. The run can be repeated from there on any machine,
+whatever becomes of the originals (`kilotwin run --verify`).
 
 Files lie below `parcel/` as they lie to one another, and experiment.toml names them there. What
 comes with Kilotwin is below `parcel/kilotwin/`; its headers and runtimes are not kept, since the
@@ -52,7 +52,13 @@ def parcel_of(experiment: Experiment) -> Parcel:
     tables = experiment.resolved()
     if experiment.keys.record.sources is False:
         return Parcel({}, toml_of(tables))
-    named = {path for path, _ in map(_split, _texts(tables)) if path is not None}
+    named: set[Path] = set()
+
+    def note(path: Path) -> str:
+        named.add(path)
+        return ""
+
+    _with_files(tables, note)
     files = {path for path in named if path.is_file()}
     for program in programs_of(experiment):
         files |= _files_of(program)
@@ -60,7 +66,7 @@ def parcel_of(experiment: Experiment) -> Parcel:
         files |= {python.file, *python.file.parent.glob("*.py")}
     name_of = _naming(named | files)
     return Parcel(
-        {path: name_of(path) for path in sorted(files)}, toml_of(_renamed(tables, name_of))
+        {path: name_of(path) for path in sorted(files)}, toml_of(_with_files(tables, name_of))
     )
 
 
@@ -92,18 +98,6 @@ def _files_of(program: Program) -> set[Path]:
     return {*program.sources, *code[:_MOST_C_FILES]}
 
 
-def _texts(tables: Any, key: str = "") -> Iterator[str]:
-    """All texts that name a file, or a folder."""
-    if isinstance(tables, dict):
-        for name, value in tables.items():
-            yield from _texts(value, name)
-    elif isinstance(tables, list):
-        for value in tables:
-            yield from _texts(value, key)
-    elif isinstance(tables, str) and key in _FILES | _PYTHON:
-        yield tables
-
-
 def _split(text: str) -> tuple[Path | None, str]:
     """The file or folder that a resolved text names, and what follows: `:name` of Python."""
     before, colon, name = text.rpartition(":")
@@ -132,12 +126,12 @@ def _naming(paths: set[Path]) -> Callable[[Path], str]:
     return name_of
 
 
-def _renamed(tables: Any, name_of: Callable[[Path], str], key: str = "") -> Any:
-    """With the names that files have in the run folder."""
+def _with_files(tables: Any, name_of: Callable[[Path], str], key: str = "") -> Any:
+    """The tables with other names for the files and folders that they name."""
     if isinstance(tables, dict):
-        return {name: _renamed(value, name_of, name) for name, value in tables.items()}
+        return {name: _with_files(value, name_of, name) for name, value in tables.items()}
     if isinstance(tables, list):
-        return [_renamed(value, name_of, key) for value in tables]
+        return [_with_files(value, name_of, key) for value in tables]
     if not isinstance(tables, str) or key not in _FILES | _PYTHON:
         return tables
     path, rest = _split(tables)

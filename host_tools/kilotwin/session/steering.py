@@ -13,7 +13,14 @@ from pydantic import Field, ValidationError
 
 from kilotwin import _emulator
 from kilotwin.errors import InputError
-from kilotwin.experiment.schema.section import Byte, Coordinate, Section, Text, Uid
+from kilotwin.experiment.schema.section import (
+    MOST_ROBOTS,
+    Byte,
+    Coordinate,
+    Section,
+    Text,
+    Uid,
+)
 from kilotwin.session.acts import PACED, STEERED, event_of
 from kilotwin.session.pace import LEAST_SPEED, MOST_SPEED, MOST_STEP_TICKS, Pace
 from kilotwin.units import seconds
@@ -22,7 +29,7 @@ if TYPE_CHECKING:
     from kilotwin._emulator import Simulation
 
 _MESSAGE_BYTES = 10
-_Robot = Annotated[int, Field(ge=0, le=1_000_000)]
+_Robot = Annotated[int, Field(ge=0, le=MOST_ROBOTS)]
 
 
 class Message(Section):

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from kilotwin.commands import calibrate, calibrate_ranging, steps
 from kilotwin.errors import DeviceError, InputError, InterruptError
 from kilotwin.experiment.lab_file import read_lab
-from kilotwin.table.lab.gain_tables import DISTANCES_MM
+from kilotwin.files.headers import GAIN_DISTANCES_MM
 
 ON_GRID = ("--via", "grid", "--can", "virtual:a", "--size", "4x6")
 
@@ -67,7 +67,7 @@ def test_pairs_are_measured_where_a_command_brings_them(
     done = call(*ON_GRID, *words)
     assert done.exit_code == 0
     placed = [int(mm) for mm in (tmp_path / "stage.log").read_text().split()]
-    assert placed == [*DISTANCES_MM, 40, 60]
+    assert placed == [*GAIN_DISTANCES_MM, 40, 60]
     result = json.loads(done.stdout)
     assert result["error_mm"]["measured"]["rms"] < result["error_mm"]["one_table"]["rms"]
     assert "came_with" not in result["error_mm"], "their EEPROMs were erased"

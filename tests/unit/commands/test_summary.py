@@ -38,7 +38,7 @@ def summary(**more: Any) -> dict[str, Any]:
 
 
 def row(text: str, label: str) -> str:
-    """What is beside a label."""
+    """The text beside a label."""
     [found] = [line for line in text.splitlines() if line.startswith(f"  {label} ")]
     return found.removeprefix(f"  {label}").strip()
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from kilotwin.files.headers import GAIN_DISTANCES_MM
 from kilotwin.table.lab.gain_tables import (
-    DISTANCES_MM,
     GainTables,
     errors_mm,
     fitted,
@@ -19,7 +19,7 @@ HIGH = tuple(1023 if entry < 5 else 1000 - 70 * (entry - 5) for entry in range(1
 
 def readings(low: tuple[int, ...], high: tuple[int, ...]) -> dict[int, list[Gains]]:
     """One at each distance of the tables."""
-    return {mm: [Gains(*gains)] for mm, *gains in zip(DISTANCES_MM, low, high, strict=True)}
+    return {mm: [Gains(*gains)] for mm, *gains in zip(GAIN_DISTANCES_MM, low, high, strict=True)}
 
 
 def low_of(low: list[int]) -> tuple[int, ...]:
@@ -30,7 +30,7 @@ def low_of(low: list[int]) -> tuple[int, ...]:
 
 
 def test_distances_are_those_of_the_tables() -> None:
-    assert DISTANCES_MM == (33, 38, 43, 48, 53, 58, 63, 68, 73, 78, 83, 88, 93, 98)
+    assert GAIN_DISTANCES_MM == (33, 38, 43, 48, 53, 58, 63, 68, 73, 78, 83, 88, 93, 98)
 
 
 def test_readings_without_noise_are_the_tables() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.unit.lab.fake_pairs import FakePairs
 
-from kilotwin.table.lab.gain_tables import DISTANCES_MM
+from kilotwin.files.headers import GAIN_DISTANCES_MM
 from kilotwin.table.lab.ranging import Ranging
 
 PAIRS = ((1, 2), (3, 4))
@@ -14,10 +14,10 @@ def test_each_robot_gets_the_tables_of_its_own_receiver() -> None:
     pairs = FakePairs(4)
     work = Ranging(PAIRS, pairs)
     work.run()
-    assert pairs.placed == list(DISTANCES_MM)
+    assert pairs.placed == list(GAIN_DISTANCES_MM)
     for uid, robot in work.robots.items():
         assert robot.tables is not None
-        true = np.array([pairs.strength(uid - 1, mm) for mm in DISTANCES_MM])
+        true = np.array([pairs.strength(uid - 1, mm) for mm in GAIN_DISTANCES_MM])
         measured = np.array([robot.tables.low, robot.tables.high]).T
         assert np.abs(measured - true).max() <= 4
         assert robot.saved
@@ -40,7 +40,7 @@ def test_a_reading_of_the_distance_before_does_not_count() -> None:
     pairs = FakePairs(2, noise=0)
     work = Ranging(((1, 2),), pairs)
     work.run()
-    for mm in DISTANCES_MM:
+    for mm in GAIN_DISTANCES_MM:
         (told,) = {(gains.low, gains.high) for gains in work.robots[1].readings[mm]}
         assert told == tuple(pairs.strength(0, mm))
 
@@ -76,7 +76,7 @@ def test_checks_are_measured_and_no_table_is_made_of_them(checks: tuple[int, ...
     pairs = FakePairs(2)
     work = Ranging(((1, 2),), pairs)
     work.run(checks)
-    assert pairs.placed == [*DISTANCES_MM, *checks]
+    assert pairs.placed == [*GAIN_DISTANCES_MM, *checks]
     for robot in work.robots.values():
         assert robot.checks.keys() == set(checks)
-        assert robot.readings.keys() == set(DISTANCES_MM)
+        assert robot.readings.keys() == set(GAIN_DISTANCES_MM)

@@ -166,9 +166,9 @@ class Swarm(InformedShares):
     lab: Text | None = None
     """A `lab.toml` whose robots these are, by uid from the lowest on: uids, duties, gains."""
     gains: Annotated[list[Gain], Field(min_length=2)] | None = None
-    """What robots of a lab read at a few distances, [mm from centre to centre, low gain, high gain]
-    each, nearest first: one table for all robots that `lab` has none of. Between them it is linear,
-    nearer and farther constant."""
+    """Readings of a lab's robots at a few distances, each [mm from centre to centre, low gain, high
+    gain], nearest first: one table for all robots that `lab` has none of. Between them it is
+    linear, nearer and farther constant."""
     first_uid: Uid | None = None
     """The uid of the first robot; the others follow it. 1 if left out; see `robots.uids`."""
     floor: bool
@@ -222,7 +222,7 @@ class Robots(Section):
     table, Kilombo's JSON, or a run folder, of which the last sample is taken. Anywhere if left
     out."""
     columns: PoseColumns | None = None
-    """What the columns of that file are, where they have other names than ours or Kilombo's."""
+    """Names of that file's columns, where they are neither ours nor Kilombo's."""
     formation: Formation | None = None
     """In place of `poses`: robots that start together."""
     uids: Annotated[list[Uid], Field(min_length=1)] | None = None

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from kilotwin.experiment.schema.section import Section, Share
+from kilotwin.experiment.schema.section import MOST_ROBOTS, Section, Share
 from kilotwin.units import TICK_S
 
 RobotColumn = Literal["x_m", "y_m", "heading_rad", "led", "state", "site"]
@@ -50,7 +50,7 @@ class Record(Section):
     robots: list[Index] | None = None
     """Indices of robots with rows in `robots`; all if left out. Counts and metrics are of all
     robots."""
-    robots_count: Annotated[int, Field(ge=0, le=1_000_000)] | None = None
+    robots_count: Annotated[int, Field(ge=0, le=MOST_ROBOTS)] | None = None
     """In place of `robots`: their number, spread evenly over the indices; all if there are
     fewer."""
     robots_share: Share | None = None

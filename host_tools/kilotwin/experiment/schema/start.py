@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from kilotwin.experiment.schema.section import Heading, Length, Point, Section, Text
+from kilotwin.experiment.schema.section import Count, Heading, Length, Point, Section, Text
 
 
 class Formation(Section):
@@ -17,7 +17,7 @@ class Formation(Section):
     pitch_m: Length | None = None
     """Distance of neighbours, centre to centre. If left out, two diameters of a robot; in a pile
     1.1."""
-    columns: Annotated[int, Field(ge=1, le=1_000_000)] | None = None
+    columns: Count | None = None
     """grid: robots of a row; as many as there are rows if left out."""
     centre_m: Point = [0.0, 0.0]
     """Its middle."""
@@ -28,7 +28,7 @@ class Formation(Section):
 
 
 class PoseColumns(Section):
-    """What the columns of a file of poses are: a tracker's table, or any other CSV or JSON file.
+    """Names of the columns of a file of poses: a tracker's table, or any other CSV or JSON file.
 
     Without it: `x_m`, `y_m`, `heading_rad`, or Kilombo's `x_position`, `y_position`, `direction`.
     """
@@ -45,10 +45,9 @@ class PoseColumns(Section):
     """Unit of headings."""
     y_down: bool = False
     """Whether y grows downwards, as in pictures; headings are then clockwise too."""
-    zero: Annotated[list[Annotated[float, Field(ge=-1e9, le=1e9)]], Field(min_length=2)] = [
-        0.0,
-        0.0,
-    ]
+    zero: Annotated[
+        list[Annotated[float, Field(ge=-1e9, le=1e9)]], Field(min_length=2, max_length=2)
+    ] = [0.0, 0.0]
     """The arena's middle, [x, y], in units of the file."""
     where: list[Annotated[str, Field(pattern="^[^=]+=")]] = []
     """Only rows with these values, each as "frame=0"."""

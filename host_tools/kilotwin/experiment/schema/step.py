@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from kilotwin.experiment.schema.section import Pose, Reading10, Section
+from kilotwin.experiment.schema.section import MOST_ROBOTS, Pose, Reading10, Section
 
 
 class Step(Section):
@@ -22,7 +22,7 @@ class Step(Section):
     """A [[light.source]] by its place in the file, from 0 ..."""
     peak: Reading10 | None = None
     """... and its `peak` from then on: 0 switches it off."""
-    robot: Annotated[int, Field(ge=0, le=1_000_000)] | None = None
+    robot: Annotated[int, Field(ge=0, le=MOST_ROBOTS)] | None = None
     """A robot by its uid, 1 for the first robot and so on, unless `uids` or `swarm.lab` say
     others ..."""
     pose: Pose | None = None

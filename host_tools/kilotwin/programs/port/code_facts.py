@@ -1,5 +1,5 @@
-"""What a program's machine code says that matters to the notes of a run (runs/notes.py). It is
-looked at once, and kept in the cache."""
+"""Facts of a program's machine code for the notes of a run (runs/notes.py). The code is read once,
+and the facts are kept in the cache."""
 
 import hashlib
 import json
@@ -34,8 +34,8 @@ class _Copies:
 
 
 def facts_of(program: Program) -> dict[str, Any]:
-    """Of its image: `listens`, whether its own code sets kilo_message_rx; `asks_for_uid_0`, lines
-    that do; `never_returns`, of setup() and loop() those that never do, with a line in them.
+    """Reads the program's image. `listens`: its own code sets kilo_message_rx. `asks_for_uid_0`:
+    the lines that do. `never_returns`: setup() or loop() if it never returns, with a line in it.
 
     KilotwinError if it does not build for the robot.
     """

@@ -28,7 +28,8 @@ class PairedRun(_Message):
     `follow`: byte addresses of functions to watch on the chip, `sums` of instructions that end a
     sum, with the carry that is told. With `follow`, the run ends when stack and data meet. `heard`:
     messages in place of those by the seed, with the tick since RUN, in hex, and the distance in mm.
-    With `to_difference`, it ends at the first difference.
+    With `to_difference`, it ends at the first difference. The stack is checked every `look_ticks`:
+    what runs on behind a spoilt one means nothing.
     """
 
     name: str
@@ -41,9 +42,9 @@ class PairedRun(_Message):
     follow: list[int] | None
     sums: list[tuple[int, bool]] = []
     heard: list[tuple[int, str, int]] = []
-    to_difference: bool
+    to_difference: bool = False
     ticks: int
-    look_ticks: int
+    look_ticks: int = 4
 
 
 class Difference(_Message):

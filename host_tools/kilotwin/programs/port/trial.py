@@ -20,8 +20,6 @@ from kilotwin.units import CYCLES_PER_S, TICK_CYCLES, TICK_S, ticks
 SLACK_S = 0.04
 # Neither 0 nor 1: programs give those a role of their own.
 UID = 7
-# Between two looks at the stack: what runs on behind a spoilt one means nothing.
-_LOOK_TICKS = 4
 # Wall time that a trial may take: many times what it does, for a program that stands still.
 _LEAST_LIMIT_S, _LIMIT_PER_S = 120.0, 10.0
 _TAKE_LESS = (
@@ -37,7 +35,7 @@ class Trial:
     seconds: float = 60
     seed: int = 1
     ear: Ear | None = None
-    """What it gets in place of messages by the seed, as a robot of a run got it."""
+    """Messages as a robot of a run received them; without them the seed draws messages."""
 
 
 @dataclass(frozen=True)
@@ -172,8 +170,15 @@ def run(
         for name in (*loops, *callbacks)
         if name in code.functions
     }
-    wanted = _wanted(trial, guest, image, list(entries), waits=waits(code, roles))
-    wanted = wanted.model_copy(update={"to_difference": to_difference, "sums": list(sums)})
+    wanted = paired(
+        trial,
+        guest,
+        image,
+        follow=list(entries),
+        sums=list(sums),
+        waits=waits(code, roles),
+        to_difference=to_difference,
+    )
     measured = paired_run.run(wanted, _limit_s(trial))
     return _outcome(trial, measured, code, {name: entry for entry, name in entries.items()}, roles)
 
@@ -183,7 +188,7 @@ def callers(
 ) -> dict[int, dict[int, int]]:
     """Where functions of the image were called from in a run, by their entries: addresses, and the
     tick of the first call. Errors as of paired_run.run."""
-    wanted = _wanted(trial, guest, image, entries, waits=False)
+    wanted = paired(trial, guest, image, follow=list(entries), waits=False)
     watched = paired_run.run(wanted, _limit_s(trial)).watched
     return {} if watched is None else watched.callers
 
@@ -192,9 +197,8 @@ def _limit_s(trial: Trial) -> float:
     return _LEAST_LIMIT_S + _LIMIT_PER_S * trial.seconds
 
 
-def _wanted(
-    trial: Trial, guest: Guest, image: Image, follow: Sequence[int], *, waits: bool
-) -> PairedRun:
+def paired(trial: Trial, guest: Guest, image: Image, **more: Any) -> PairedRun:
+    """The order for a trial; `more` of its fields: `follow` and `waits` at least."""
     return PairedRun(
         name=guest.name,
         guest=str(guest.file),
@@ -202,12 +206,9 @@ def _wanted(
         seed=trial.seed,
         uid=UID if trial.ear is None else trial.ear.uid,
         slack_s=SLACK_S,
-        waits=waits,
-        follow=list(follow),
         heard=[] if trial.ear is None else list(trial.ear.heard),
-        to_difference=False,
         ticks=ticks(trial.seconds),
-        look_ticks=_LOOK_TICKS,
+        **more,
     )
 
 

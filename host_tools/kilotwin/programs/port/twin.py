@@ -154,7 +154,7 @@ def native_kilobots(experiment: Experiment, guests: Iterable[Guest]) -> Iterator
 
 
 def differing_ear(program: Program) -> Ear | None:
-    """What a robot got with which this program was seen to decide otherwise."""
+    """The messages with which a robot was seen to decide otherwise; None if there are none."""
     file = _ear_at(program)
     if not file.exists():
         return None

@@ -16,9 +16,9 @@ from kilotwin.programs.image.image import Image, build_image
 from kilotwin.programs.native.guest import Guest
 from kilotwin.programs.port import paired_run
 from kilotwin.programs.port.disassembly import Disassembly
-from kilotwin.programs.port.paired_run import Measured, PairedRun
+from kilotwin.programs.port.paired_run import Measured
 from kilotwin.programs.port.roles import find_roles, own_lines
-from kilotwin.programs.port.trial import SLACK_S, UID, waits
+from kilotwin.programs.port.trial import Trial, paired, waits
 from kilotwin.programs.port.twin import TWIN_S, Ear, TwinVerdict
 from kilotwin.units import ticks
 
@@ -50,19 +50,14 @@ def verdict(program: Program, guest: Guest, ear: Ear | None = None) -> TwinVerdi
 
 def _measured(program: Program, guest: Guest, image: Image, ear: Ear | None) -> Measured:
     code = Disassembly.of(image)
-    wanted = PairedRun(
-        name=guest.name,
-        guest=str(guest.file),
-        elf=str(image.elf),
-        seed=_SEED,
-        uid=UID if ear is None else ear.uid,
-        slack_s=SLACK_S,
-        waits=waits(code, find_roles(own_lines(program))),
+    wanted = paired(
+        Trial(TWIN_S, _SEED, ear),
+        guest,
+        image,
         # With no function to follow: else a reading of the battery is not the same on both.
         follow=[],
-        heard=[] if ear is None else list(ear.heard),
+        waits=waits(code, find_roles(own_lines(program))),
         to_difference=True,
-        ticks=ticks(TWIN_S),
         look_ticks=ticks(TWIN_S),
     )
     return paired_run.run(wanted, _TIMEOUT_S)

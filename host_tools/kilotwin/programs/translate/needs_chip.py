@@ -1,5 +1,5 @@
-"""What a program's own code has to do with that only an ATmega328P has: interrupt handlers of its
-own, `sleep`, and registers that are memory and no more where it runs translated."""
+"""Finds what a program's own code needs of a real ATmega328P: interrupt handlers of its own,
+`sleep`, and registers that are plain memory where it runs translated."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

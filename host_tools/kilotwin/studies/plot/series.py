@@ -72,7 +72,7 @@ def draw_run_curve(run: Run, name: str) -> Figure:
 
 
 def _draw_quartiles(axes: Axes, run: Run, column: Column) -> None:
-    """Of the robots that have a value at each sample."""
+    """Draws median and quartiles of the robots that have a value, at each sample."""
     time_s, values = values_of(run.robots(), column)
     known = np.isfinite(values)
     moments, places = np.unique(time_s[known], return_inverse=True)

@@ -193,7 +193,7 @@ def _remedy(name: BusName, reason: str) -> str:
 
 
 def _not_there(name: BusName) -> str:
-    """What is there in place of an interface of the kernel, or a port, that is not; "" if it is."""
+    """Says that an interface or port is missing, and which ones there are; "" if it is there."""
     channel = str(name.channel)
     if name.interface == "socketcan" and channel not in {it for _, it in socket.if_nameindex()}:
         has = ", ".join(interfaces()) or "no CAN interface at all"

@@ -12,11 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin import _emulator
-from kilotwin.files.headers import CONTACT_MM, GAIN_ENTRIES, GAIN_SPACING_MM, MOST_READING
+from kilotwin.files.headers import GAIN_DISTANCES_MM, GAIN_ENTRIES, MOST_READING
 from kilotwin.table.links.robot_link import Gains
 
-DISTANCES_MM = tuple(CONTACT_MM + GAIN_SPACING_MM * entry for entry in range(GAIN_ENTRIES))
-"""Distances of the entries: centre to centre, from contact on."""
 LEAST_REACH_MM = 78
 """Tables that are measured up to here tell how both gains fall."""
 
@@ -32,7 +30,7 @@ class GainTables:
     high: tuple[int, ...]
 
     def entry(self, index: int) -> Gains:
-        """Both readings at DISTANCES_MM[index]."""
+        """Both readings at GAIN_DISTANCES_MM[index]."""
         return Gains(self.low[index], self.high[index])
 
     def estimates_mm(self, readings: Sequence[Gains]) -> list[int]:
@@ -50,13 +48,13 @@ def tables_of(entries: Sequence[Gains]) -> GainTables | None:
 
 
 def reach_mm(readings: Mapping[int, Sequence[Gains]]) -> int | None:
-    """The farthest of DISTANCES_MM up to which there are readings at all of them."""
-    near = list(itertools.takewhile(readings.get, DISTANCES_MM))
+    """The farthest of GAIN_DISTANCES_MM up to which there are readings at all of them."""
+    near = list(itertools.takewhile(readings.get, GAIN_DISTANCES_MM))
     return near[-1] if near else None
 
 
 def fitted(readings: Mapping[int, Sequence[Gains]]) -> GainTables | None:
-    """The tables of readings at DISTANCES_MM; None if they do not reach far enough.
+    """The tables of readings at GAIN_DISTANCES_MM; None if they do not reach far enough.
 
     An entry is the mean of the middle half of its readings, so that stray ones do not count.
     Entries fall with the distance: where noise has them rise, both become their mean. Those beyond
@@ -65,7 +63,7 @@ def fitted(readings: Mapping[int, Sequence[Gains]]) -> GainTables | None:
     reach = reach_mm(readings)
     if reach is None or reach < LEAST_REACH_MM:
         return None
-    near = [mm for mm in DISTANCES_MM if mm <= reach]
+    near = [mm for mm in GAIN_DISTANCES_MM if mm <= reach]
     low = _falling([[gains.low for gains in readings[mm]] for mm in near])
     high = _falling([[gains.high for gains in readings[mm]] for mm in near])
     # The low gain is never at its limit there.

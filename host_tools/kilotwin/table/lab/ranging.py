@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from kilotwin.experiment.spec.overhead import WAKEUP, calib_gains
-from kilotwin.files.headers import GAIN_ENTRIES, GAINS, VITALS
-from kilotwin.table.lab.gain_tables import DISTANCES_MM, GainTables, fitted, tables_of
+from kilotwin.files.headers import GAIN_DISTANCES_MM, GAIN_ENTRIES, GAINS, VITALS
+from kilotwin.table.lab.gain_tables import GainTables, fitted, tables_of
 from kilotwin.table.links.robot_link import Gains, Heard, Report, RobotLink
 
 READINGS = 8
@@ -108,7 +108,7 @@ class Ranging:
 
     def run(self, checks_mm: Sequence[int] = ()) -> None:
         """All distances of the tables, then those at which tables are only checked; then saves."""
-        for mm in DISTANCES_MM:
+        for mm in GAIN_DISTANCES_MM:
             link = self.run_at(mm)
         for robot in self.robots.values():
             robot.tables = fitted(robot.readings)
