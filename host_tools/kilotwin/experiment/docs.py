@@ -20,8 +20,9 @@ from pydantic.fields import FieldInfo
 
 from kilotwin.experiment.schema.controller import CONTROLLER_DEFAULTS, READING_DEFAULTS
 from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.schema.medium import MEDIUM_DEFAULTS
 from kilotwin.experiment.schema.metric import BUILTINS, CHOICE, Builtin
-from kilotwin.experiment.schema.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.schema.profile_defaults import PROFILES, motion_defaults
 from kilotwin.experiment.schema.section import keys_of, lineage
 from kilotwin.experiment.validation_errors import bare, is_section, limits
 from kilotwin.experiment.wire_file import read_wire, wire_table
@@ -185,12 +186,12 @@ def _default(prefix: str, name: str, field: FieldInfo) -> str:
             "motion.": motion_defaults(profile),
             "reading.": dict(READING_DEFAULTS[profile.name]),
             "engine.": {"step_ticks": profile.step_ticks},
-            "medium.": {"kind": profile.medium, "range_m": profile.range_m, **KILOBOT_MEDIUM},
+            "medium.": {"kind": profile.medium, "range_m": profile.range_m, **MEDIUM_DEFAULTS},
         }
         if name in own.get(prefix, {}):
             by_robot[profile.name] = own[prefix][name]
-    if prefix == "medium." and name in KILOBOT_MEDIUM:
-        return _value(KILOBOT_MEDIUM[name])
+    if prefix == "medium." and name in MEDIUM_DEFAULTS:
+        return _value(MEDIUM_DEFAULTS[name])
     if by_robot and len({_value(value) for value in by_robot.values()}) == 1:
         return _value(next(iter(by_robot.values())))
     if by_robot:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from kilotwin.experiment.experiment import Experiment, Group
 from kilotwin.experiment.programs import Program
+from kilotwin.experiment.schema.medium import MEDIA
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.native import sanitizer
 from kilotwin.programs.native.guest import Guest, build
@@ -58,8 +59,8 @@ def settled(experiment: Experiment, notify: Notify = lambda _: None) -> Experime
 def _settled(experiment: Experiment, group: Group, notify: Notify) -> Group:
     if group.tier != "translated":
         return group
-    # Chips see pulses, which the other medium has none of.
-    on_chip = group.is_chosen and experiment.keys.medium.kind == "kilobot"
+    # Chips see pulses, which not every medium has.
+    on_chip = group.is_chosen and MEDIA[experiment.keys.medium.kind].has_pulses
     for what in _beyond_translation(group.program):
         if on_chip:
             notify(f'{what} is for a chip: {group.program.written} runs with cpu = "avr"')

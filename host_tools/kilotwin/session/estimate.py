@@ -1,9 +1,9 @@
 """How long experiments take, more or less, before anything of them has run."""
 
 from kilotwin.experiment.experiment import Experiment, Group
+from kilotwin.experiment.schema.medium import MEDIA
 
 # A robot's second, and a module's: the median of labs' programs.
-_ROBOT_CPU_S = {"ideal": 1 / 600_000, "kilobot": 1 / 400_000}
 _TRANSLATED_CPU_S = 1 / 50_000
 _MODULE_CPU_S = 1 / 250_000
 _BOARD_CPU_S = 1 / 400
@@ -25,5 +25,7 @@ def _robot_cpu_s(group: Group, medium: str, natively: bool) -> float:
     if group.on_board:
         return _BOARD_CPU_S
     return (
-        _TRANSLATED_CPU_S if group.tier == "translated" and not natively else _ROBOT_CPU_S[medium]
+        _TRANSLATED_CPU_S
+        if group.tier == "translated" and not natively
+        else MEDIA[medium].robot_cpu_s
     )

@@ -3,7 +3,8 @@
 import pytest
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.schema.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.schema.medium import MEDIUM_DEFAULTS
+from kilotwin.experiment.schema.profile_defaults import PROFILES, motion_defaults
 from kilotwin.experiment.spec.engine import engine_spec
 
 from ..conftest import SMALL, Load
@@ -19,7 +20,7 @@ def test_a_kilobot_has_legs_noise_and_real_infrared(load: Load) -> None:
     keys = load(KILOBOT).keys
     assert keys.motion is not None
     assert keys.motion.model_dump() == motion_defaults(PROFILES["kilobot"])
-    assert keys.medium.model_dump() == {"kind": "kilobot", "range_m": 0.1, **KILOBOT_MEDIUM}
+    assert keys.medium.model_dump() == {"kind": "kilobot", "range_m": 0.1, **MEDIUM_DEFAULTS}
     assert keys.engine.step_ticks == 4
     assert not keys.swarm.floor
 
@@ -45,7 +46,7 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
         "bias_spread": 0.2,
         "motor_noise": 0.16,
     }
-    medium = {"kind": "kilobot", "range_m": 0.1, **KILOBOT_MEDIUM, "carrier_sense": False}
+    medium = {"kind": "kilobot", "range_m": 0.1, **MEDIUM_DEFAULTS, "carrier_sense": False}
     assert spec["medium"] == medium
     assert spec["floor"] is None
     sources = [{"at_m": [1.0, 0.0], "peak": 800, "half_m": 0.2}]
@@ -91,7 +92,7 @@ def test_kilobots_may_have_the_ideal_medium(load: Load) -> None:
 
 def test_foot_bots_may_have_the_real_infrared(load: Load) -> None:
     keys = load(SMALL, "medium.kind=kilobot").keys
-    assert keys.medium.loss == KILOBOT_MEDIUM["loss"]
+    assert keys.medium.loss == MEDIUM_DEFAULTS["loss"]
 
 
 def test_a_program_may_be_several_files(load: Load) -> None:

@@ -25,7 +25,8 @@ from kilotwin.experiment.checks.robots import uids_text
 from kilotwin.experiment.checks.step import step_problems
 from kilotwin.experiment.schema.experiment import Command, Cpu, ExperimentSchema, Robots
 from kilotwin.experiment.schema.grid import Grid
-from kilotwin.experiment.schema.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.schema.medium import MEDIA, MEDIUM_DEFAULTS
+from kilotwin.experiment.schema.profile_defaults import PROFILES, motion_defaults
 from kilotwin.experiment.schema.section import LAST_UID
 from kilotwin.experiment.spec.objects import parts_of
 from kilotwin.experiment.spec.overhead import KEYS, uids
@@ -133,8 +134,8 @@ def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
             yield Problem(what, (("robots", index),))
         common = None if robots.hex is not None else experiment.swarm.cpu
         yield from _kind(("robots", index), robots, common, medium)
-    if experiment.robots is None and experiment.swarm.cpu == "avr" and medium == "ideal":
-        yield _without_pulses(("swarm", "cpu"), "robots")
+    if experiment.robots is None and experiment.swarm.cpu == "avr" and not MEDIA[medium].has_pulses:
+        yield _without_pulses(("swarm", "cpu"), "robots", medium)
     if experiment.grid is not None:
         yield from _kind(("grid",), experiment.grid, None, medium)
 
@@ -161,11 +162,12 @@ def _kind(table: KeyPath, run: Robots | Grid, common: Cpu | None, medium: str) -
     if run.boot_loader and run.hex is None and cpu != "avr":
         what = 'a boot loader is for an ATmega328P; set cpu to "avr"'
         yield Problem(what, ((*table, "boot_loader"),))
-    if (run.hex is not None or cpu == "avr") and medium == "ideal":
+    if (run.hex is not None or cpu == "avr") and not MEDIA[medium].has_pulses:
         path: KeyPath = ("swarm", "cpu")
         if run.hex is not None or run.cpu is not None:
             path = (*table, "cpu" if run.hex is None else "hex")
-        yield _without_pulses(path, "robots" if isinstance(run, Robots) else "modules")
+        what_runs = "robots" if isinstance(run, Robots) else "modules"
+        yield _without_pulses(path, what_runs, medium)
 
 
 def _uids(experiment: ExperimentSchema) -> Iterator[Problem]:
@@ -200,9 +202,10 @@ def _gains(experiment: ExperimentSchema) -> Iterator[Problem]:
             yield Problem(what, (path,))
 
 
-def _without_pulses(path: KeyPath, what_runs: str) -> Problem:
-    what = f'{what_runs} on an ATmega328P send pulses, which medium.kind = "ideal" has not;'
-    return Problem(f'{what} set it to "kilobot"', (path, ("medium", "kind")))
+def _without_pulses(path: KeyPath, what_runs: str, medium: str) -> Problem:
+    other = next(name for name, kind in MEDIA.items() if kind.has_pulses)
+    what = f'{what_runs} on an ATmega328P send pulses, which medium.kind = "{medium}" has not;'
+    return Problem(f'{what} set it to "{other}"', (path, ("medium", "kind")))
 
 
 def _room(experiment: ExperimentSchema) -> Iterator[Problem]:
@@ -336,11 +339,10 @@ def _start(experiment: ExperimentSchema) -> Iterator[Problem]:
 
 def _medium(experiment: ExperimentSchema) -> Iterator[Problem]:
     medium = experiment.medium
-    if medium.kind == "kilobot":
-        return
-    for key in KILOBOT_MEDIUM:
+    for key in MEDIUM_DEFAULTS.keys() - MEDIA[medium.kind].keys.keys():
         if getattr(medium, key) is not None:
-            what = f"the ideal medium has no '{key}'; remove it, or set kind = \"kilobot\""
+            other = next(name for name, kind in MEDIA.items() if key in kind.keys)
+            what = f"the {medium.kind} medium has no '{key}'; remove it, or set kind = \"{other}\""
             yield Problem(what, (("medium", key), ("medium", "kind")))
 
 

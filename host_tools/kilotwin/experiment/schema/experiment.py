@@ -16,11 +16,11 @@ from kilotwin.experiment.schema.controller import AggregationTables, InformedSha
 from kilotwin.experiment.schema.environment import EnvironmentTable
 from kilotwin.experiment.schema.expect import Expect
 from kilotwin.experiment.schema.grid import CellColour, Faults, Grid, grid_size_m
+from kilotwin.experiment.schema.medium import MEDIA, Medium
 from kilotwin.experiment.schema.metric import Metric
 from kilotwin.experiment.schema.object import PushedObject
 from kilotwin.experiment.schema.picture import FloorTable, LightPicture
 from kilotwin.experiment.schema.profile_defaults import (
-    KILOBOT_MEDIUM,
     PROFILES,
     SHORT_S,
     Profile,
@@ -42,7 +42,6 @@ from kilotwin.experiment.schema.section import (
     Rectangle,
     Section,
     Shape,
-    Share,
     Spread,
     Text,
     Uid,
@@ -258,40 +257,6 @@ class Motion(Section):
     """Speed of a motor from second to second: standard deviation, share."""
 
 
-class Medium(Section):
-    """How robots receive each other; centre to centre. `ideal` has `kind` and `range_m` only."""
-
-    kind: Literal["ideal", "kilobot"]
-    """`ideal`: all in range receive everything. `kilobot`: the infrared of real robots."""
-    range_m: Length
-    """Distance up to which a robot is received."""
-    range_spread: Spread | None = None
-    """The range between robots: standard deviation, share."""
-    loss: Share | None = None
-    """Share of frames lost by chance, near the sender."""
-    loss_at_range: Share | None = None
-    """The same at the end of the range; between, it grows with the distance's 4th power."""
-    overhead_loss: Share | None = None
-    """Share of an overhead controller's frames lost by chance. A guess."""
-    gain_noise_lsb: Annotated[float, Field(ge=0, le=100)] | None = None
-    """Noise of the two readings from which a distance is estimated: standard deviation."""
-    distance_error_mm: Annotated[float, Field(ge=0, le=20)] | None = None
-    """A robot's constant error of all distances: standard deviation between robots. With the
-    default 95 of 100 are within 2 mm, as published. Robots with tables of a lab have none."""
-    carrier_sense: bool | None = None
-    """Whether a robot that sees light delays its frame."""
-    collisions: bool | None = None
-    """Whether frames that overlap at a receiver are lost there."""
-    half_duplex: bool | None = None
-    """Whether a robot receives nothing while it transmits."""
-    held_busy: bool | None = None
-    """For tests: a light that never goes out, so that no robot transmits."""
-    clock_spread: Annotated[float, Field(ge=0, le=0.05)] | None = None
-    """The oscillator's rate between robots: standard deviation, share."""
-    sensitivity_spread: Spread | None = None
-    """The receivers' sensitivity between robots: standard deviation, share."""
-
-
 class Source(Section):
     """A lamp above the arena."""
 
@@ -484,7 +449,7 @@ class ExperimentSchema(AggregationTables):
         medium = raw.get("medium", {})
         if isinstance(medium, dict):
             kind = medium.get("kind", profile.medium)
-            own = KILOBOT_MEDIUM if kind == "kilobot" else {}
+            own = MEDIA[kind].keys if kind in MEDIA else {}
             filled["medium"] = {"kind": kind, "range_m": profile.range_m, **own, **medium}
         engine = raw.get("engine", {})
         if isinstance(engine, dict):

@@ -103,22 +103,6 @@ MOTION_DEFAULTS: Mapping[str, Defaults] = {
     },
 }
 
-# Keys of [medium] with kind = "kilobot".
-KILOBOT_MEDIUM: Defaults = {
-    "range_spread": 0.05,
-    "loss": 0.02,
-    "loss_at_range": 0.2,
-    "overhead_loss": 0.02,
-    "gain_noise_lsb": 2.0,
-    "distance_error_mm": 1.0,  # hardware.md 2: within 2 mm, taken as two standard deviations
-    "carrier_sense": True,
-    "collisions": True,
-    "half_duplex": True,
-    "held_busy": False,
-    "clock_spread": 0.005,
-    "sensitivity_spread": 0.05,
-}
-
 
 def motion_defaults(profile: Profile) -> Defaults:
     """Every key of [motion]."""

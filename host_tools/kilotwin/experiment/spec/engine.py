@@ -6,6 +6,7 @@ from typing import Any
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.experiment import Arena, ExperimentSchema, Obstacle, Site
+from kilotwin.experiment.schema.medium import MEDIA
 from kilotwin.experiment.schema.profile_defaults import PROFILES, Profile, motion_defaults
 from kilotwin.experiment.schema.record import EXTRA_OF
 from kilotwin.experiment.spec import block
@@ -132,9 +133,8 @@ def _profile(profile: Profile, keys: ExperimentSchema) -> dict[str, Any]:
 
 def _medium(keys: ExperimentSchema) -> dict[str, Any]:
     own = {key: value for key, value in keys.medium if value is not None}
-    if keys.medium.kind == "ideal":
-        own["line_of_sight"] = keys.reading.line_of_sight
-    return own
+    obeyed = MEDIA[keys.medium.kind].of_reading
+    return {**own, **{key: getattr(keys.reading, key) for key in obeyed}}
 
 
 def _grid(experiment: Experiment, module_guest: str) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from kilotwin.errors import KilotwinError
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.schema.medium import MEDIA
 from kilotwin.files import confinement
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.marks import Marks, marks_of_all, understood
@@ -151,9 +152,9 @@ def _in_fork(task: Task, box: BlackBox) -> dict[str, Any]:
 
 
 def _rates(task: Task, trial: Trial[Looks], summary: dict[str, Any]) -> list[float]:
-    """Messages a second: of each robot, or their mean with the ideal medium."""
+    """Messages a second: of each robot, or their mean where the medium does not count by robot."""
     for_s = max(summary["simulated_s"], 1e-9)
-    if task.experiment.keys.medium.kind == "ideal":
+    if not MEDIA[task.experiment.keys.medium.kind].counts_by_robot:
         return [summary["stats"]["frames_sent"] / summary["robots"] / for_s]
     return [float(rate) for rate in trial.frames()[:, 0] / for_s]
 
