@@ -22,11 +22,6 @@ def seconds(tick_count: int) -> float:
     return tick_count * TICK_S
 
 
-def ticks_q16(seconds: float) -> int:
-    """Ticks times 65,536, for durations that must not be rounded to whole ticks."""
-    return q16(seconds / TICK_S)
-
-
 def q16(value: float) -> int:
     """`value` times 65,536, as CONFIG carries real numbers."""
     return round(value * Q16_ONE)

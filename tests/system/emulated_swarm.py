@@ -11,7 +11,7 @@ from kilotwin.experiment.text import parse_setting
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.programs.group import build_group
 from kilotwin.session.served_dispatcher import ServedDispatcher
-from kilotwin.table.flash.swarm import SwarmFlasher
+from kilotwin.table.flash.over_the_air import SwarmFlasher
 from kilotwin.table.flash.upload import Upload, Wish
 from kilotwin.table.grid.clock import Clock, SimulatedClock
 from kilotwin.table.grid.emulated_links import EmulatedLinks

@@ -7,7 +7,7 @@ import pytest
 from kilotwin.experiment.programs import find_program
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.programs.image.image import build_image
-from kilotwin.table.flash import swarm
+from kilotwin.table.flash import over_the_air
 from kilotwin.table.flash.image import swarm_image
 
 from .emulated_swarm import EmulatedSwarm
@@ -35,7 +35,7 @@ def test_robots_are_flashed_verified_and_run_the_new_program(
     table = EmulatedSwarm(tmp_path, 4, loss=0.2, side=2, settings=("grid.cells.weak_share=0",))
     expected = frozenset(range(1, 5))
     upload = table.flash(image, uids=expected, run=True)
-    assert upload.done, swarm.text(upload)
+    assert upload.done, over_the_air.text(upload)
     assert upload.well
     assert upload.running == [1, 2, 3, 4]
     assert upload.laps <= 5
@@ -71,7 +71,7 @@ def test_fifty_robots_need_three_laps_more_when_a_fifth_of_the_frames_is_lost(
         upload = table.flash(image, count=50, run=True)
         took_s = table.clock.now_s() - began_s
         with capsys.disabled():
-            print(f"\n{loss:.0%} of the frames lost: {swarm.text(upload).splitlines()[-2:]}")
+            print(f"\n{loss:.0%} of the frames lost: {over_the_air.text(upload).splitlines()[-2:]}")
             print(f"{took_s:.0f} s, {upload.laps} laps of {len(image.pages)} pages")
         assert upload.well
         laps[loss] = upload.laps

@@ -12,17 +12,16 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from kilotwin.runs.reader import read_parquet
-from kilotwin.studies.compare.intervals import (
+from kilotwin.studies.compare.bootstrap import (
     bootstrap,
     mean_difference,
     mean_of_means,
-    rank_correlation,
-    spread_difference,
 )
-from kilotwin.studies.compare.shares import Interval, share_interval
+from kilotwin.studies.compare.plain_intervals import Interval, share_interval
 from kilotwin.studies.sweep.conditions import Condition, Conditions, Ending, errors, on_site
 from kilotwin.studies.sweep.data_set import SERIES
 
@@ -46,6 +45,19 @@ _NEARER: tuple[Region, ...] = (
     ("rho_I > 0.3, rho_sb > 0.8", 100, lambda informed, black: informed > 0.3 and black > 0.8),
     ("rho_I < 0.3, rho_sb < 0.7", 100, lambda informed, black: informed < 0.3 and black < 0.7),
 )
+
+
+def spread_difference(*groups: NDArray[np.float64], axis: int = -1) -> Any:
+    """As mean_difference(), of interquartile ranges."""
+    spreads = [stats.iqr(group, axis=axis) for group in groups]
+    return np.mean(spreads[0::2], axis=0) - np.mean(spreads[1::2], axis=0)
+
+
+def rank_correlation(x: Sequence[float], y: Sequence[float]) -> float:
+    """Spearman's, equal values sharing their mean rank; 0 if one of the two does not vary."""
+    if len(set(x)) < 2 or len(set(y)) < 2:
+        return 0.0
+    return float(stats.spearmanr(x, y).statistic)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import pytest
 
 from kilotwin.files.headers import number_of
-from kilotwin.units import CYCLES_PER_S, TICK_CYCLES, q16, seconds, ticks, ticks_q16
+from kilotwin.units import CYCLES_PER_S, TICK_CYCLES, TICK_S, q16, seconds, ticks
 
 
 @pytest.mark.parametrize(
@@ -23,7 +23,7 @@ def test_reals_become_q16() -> None:
 
 
 def test_a_kilobots_turn_time_is_the_firmwares_default() -> None:
-    assert ticks_q16(1.27) == 2_540_000
+    assert q16(1.27 / TICK_S) == 2_540_000
 
 
 def test_a_tick_is_the_chips() -> None:

@@ -1,6 +1,6 @@
 """The `kilotwin` command: loads the module of the command that was typed, and shows errors.
 
-To add a command, add a module with an `app` that holds it, and a line to COMMANDS. Every option is
+To add a command, add a module with an `app` that holds it, and a line to PANELS. Every option is
 an environment variable too.
 """
 

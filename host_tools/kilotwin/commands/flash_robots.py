@@ -12,7 +12,7 @@ from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size,
 from kilotwin.commands.robots_via import RobotsVia, link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
 from kilotwin.files.headers import ALL_ROBOTS
-from kilotwin.table.flash import swarm
+from kilotwin.table.flash import over_the_air
 from kilotwin.table.flash.image import swarm_image
 from kilotwin.table.flash.upload import Upload, Wish
 from kilotwin.table.grid.clock import WallClock
@@ -83,10 +83,10 @@ def robots(
         with link_to_robots(via, buses, size) as link:
             upload = Upload(wish, link.verifies, link.laps_per_place)
             display.note(_what(wish))
-            swarm.SwarmFlasher(upload, link, WallClock(), display, typed_command()).run()
+            over_the_air.SwarmFlasher(upload, link, WallClock(), display, typed_command()).run()
     finally:
         display.stop()
-    typer.echo(json.dumps(swarm.as_dict(upload)) if as_json else swarm.text(upload))
+    typer.echo(json.dumps(over_the_air.as_dict(upload)) if as_json else over_the_air.text(upload))
     if not upload.well:
         raise typer.Exit(EXIT_ROBOTS_FAILED)
 

@@ -12,7 +12,7 @@ from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.spec import kconf
 from kilotwin.table.grid.console import Console, message_for_robots
-from kilotwin.table.links import preflight, verdicts
+from kilotwin.table.links import preflight, readiness
 
 app = typer.Typer(
     help="Talks to the modules of a Kilogrid, and through them to its robots.",
@@ -70,8 +70,8 @@ def check(
     """
     loaded = Experiment.load(experiment, given_settings(settings, None))
     found = preflight.check(loaded, buses or [], takeover=takeover, note=steps.note(quiet))
-    typer.echo(json.dumps(verdicts.as_dict(found)) if as_json else verdicts.text(found))
-    if not verdicts.is_ready(found):
+    typer.echo(json.dumps(readiness.as_dict(found)) if as_json else readiness.text(found))
+    if not readiness.is_ready(found):
         raise typer.Exit(RunError.exit_code)
 
 

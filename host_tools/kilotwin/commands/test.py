@@ -148,7 +148,7 @@ def _keep(scenario: Scenario, timeout_s: float, video: bool, quiet: bool, *, sho
     if seed is None or scenario.timed_out:
         return
     again = with_seed(scenario.experiment, seed)
-    from kilotwin.studies.scenario.keeping import keep
+    from kilotwin.studies.scenario.kept_failures import keep
 
     scenario.folder = keep(again, sys.argv, timeout_s)
     if scenario.folder is not None:

@@ -33,7 +33,7 @@ from kilotwin.table.grid.foreign_orders import WatchedLinks, refuse_another_host
 from kilotwin.table.grid.joining import check_runs
 from kilotwin.table.grid.poller import Reports
 from kilotwin.table.links.preflight import check_before_record
-from kilotwin.table.links.verdicts import MODULES, GridVerdict, line
+from kilotwin.table.links.readiness import MODULES, GridVerdict, line
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples

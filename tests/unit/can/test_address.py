@@ -65,7 +65,8 @@ def test_a_module_listens_to_four_identifiers_which_are_its_own_in_c_too(
     ids = (ctypes.c_uint16 * 4)()
     for x, y in ((0, 0), (9, 19), (30, 30)):
         protocol_c.kilogrid_filters(x, y, ids)
-        assert tuple(ids) == address.module_filters(x, y)
+        taken = (address.ALL_MODULES, address.row(y), address.column(x), address.module(x, y))
+        assert tuple(ids) == tuple(map(address.to_id, taken))
 
 
 def test_addresses_read_as_people_say_them() -> None:

@@ -15,8 +15,8 @@ from kilotwin.experiment.schema.controller import (
     Controller,
     Reading,
 )
-from kilotwin.experiment.spec.block import config_values
 from kilotwin.experiment.spec.engine import commands, config_messages, engine_spec
+from kilotwin.experiment.spec.parameter_block import config_values
 from kilotwin.programs.native.guest import build
 
 from ..conftest import INFORMED, SMALL, Load

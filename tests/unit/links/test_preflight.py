@@ -10,8 +10,8 @@ from kilotwin.experiment.spec.grid_layout import Layout
 from kilotwin.experiment.spec.grid_plan import GridPlan, Settings
 from kilotwin.table.grid.can_links import CanLinks
 from kilotwin.table.links.preflight import look_at_table
+from kilotwin.table.links.readiness import NotAsked
 from kilotwin.table.links.roll_call import RollCall
-from kilotwin.table.links.verdicts import NotAsked
 
 from ..grid.module_table import ModuleTable
 

@@ -18,7 +18,7 @@ from kilotwin.session import recording as live
 from kilotwin.table.can.buses import BusName, OpenBus
 from kilotwin.table.grid import console
 from kilotwin.table.links.preflight import check_before_record
-from kilotwin.table.links.verdicts import Finding
+from kilotwin.table.links.readiness import Finding
 
 from ..conftest import GRID
 

@@ -15,7 +15,7 @@ import pytest
 from kilotwin.commands.terminal import SweepSilent
 from kilotwin.errors import InputError, InterruptError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.studies.compare.shares import share_interval
+from kilotwin.studies.compare.plain_intervals import share_interval
 from kilotwin.studies.scenario.judge import ScenarioVerdict, judge, runs_of
 from kilotwin.studies.scenario.looks import Failure, Look, once_per_cause
 from kilotwin.studies.scenario.one_run import Ran, run_once, tasks_of

@@ -9,12 +9,12 @@ from kilotwin.experiment.schema.experiment import Arena, ExperimentSchema, Obsta
 from kilotwin.experiment.schema.medium import MEDIA
 from kilotwin.experiment.schema.profile_defaults import PROFILES, Profile, motion_defaults
 from kilotwin.experiment.schema.record import EXTRA_OF
-from kilotwin.experiment.spec import block
+from kilotwin.experiment.spec import parameter_block
 from kilotwin.experiment.spec.aggregation import runs_aggregation
-from kilotwin.experiment.spec.block import ALL_ROBOTS, Message
 from kilotwin.experiment.spec.informed import informed_ranges
 from kilotwin.experiment.spec.objects import object_spec
 from kilotwin.experiment.spec.overhead import DUTIES, RUN, TimedMessage, timed
+from kilotwin.experiment.spec.parameter_block import ALL_ROBOTS, Message
 from kilotwin.experiment.spec.start_poses import starts
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.units import ticks
@@ -229,13 +229,13 @@ def _of_aggregation(keys: ExperimentSchema) -> list[Message]:
     if keys.controller is None:
         # Robots that run the firmware with its own parameters report too.
         reports = keys.grid is not None and runs_aggregation(keys)
-        return [block.reports_message(report_s)] if reports else []
+        return [parameter_block.reports_message(report_s)] if reports else []
     informed = informed_ranges(keys)
-    return block.config_messages(keys.controller, keys.reading, report_s, informed)
+    return parameter_block.config_messages(keys.controller, keys.reading, report_s, informed)
 
 
 def config_differences(experiment: Experiment) -> list[bytes]:
     """The messages that robots need which have just started: all that is not their default."""
     of_aggregation = [message for _, _, message in _of_aggregation(experiment.keys)]
     declared = [] if experiment.wire is None else experiment.wire.messages()
-    return [*(one for one in of_aggregation if not block.is_default(one)), *declared]
+    return [*(one for one in of_aggregation if not parameter_block.is_default(one)), *declared]

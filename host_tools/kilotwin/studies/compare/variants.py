@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from kilotwin.errors import InputError
-from kilotwin.studies.compare.intervals import bootstrap, mean_difference
-from kilotwin.studies.compare.shares import Interval
+from kilotwin.studies.compare.bootstrap import bootstrap, mean_difference
+from kilotwin.studies.compare.plain_intervals import Interval
 from kilotwin.studies.compare.sides import Side
 
 SAME, APART, OPEN = "within", "outside", "open"

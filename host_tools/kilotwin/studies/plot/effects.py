@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from kilotwin.errors import InputError
-from kilotwin.studies.compare.intervals import bootstrap_mean, spread
+from kilotwin.studies.compare.bootstrap import bootstrap_mean, spread
 from kilotwin.studies.plot.heat_map import SHADES, draw_map, look_of
 from kilotwin.studies.plot.style import MOST_LINES, letters, line_look, trials_note, wrapped
 from kilotwin.studies.sweep.results import Column, Results, shown

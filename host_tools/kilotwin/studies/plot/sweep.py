@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 
 from kilotwin.errors import InputError
 from kilotwin.runs.palette import OUTLINE, name_fill
-from kilotwin.studies.compare.intervals import bootstrap_mean, spread
+from kilotwin.studies.compare.bootstrap import bootstrap_mean, spread
 from kilotwin.studies.plot.heat_map import SHADES, draw_map, look_of, value_labels
 from kilotwin.studies.plot.style import (
     HATCHES,

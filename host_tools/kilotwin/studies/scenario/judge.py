@@ -6,7 +6,7 @@ from typing import Any
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.expect import Expect
-from kilotwin.studies.compare.shares import share_interval
+from kilotwin.studies.compare.plain_intervals import share_interval
 from kilotwin.studies.scenario.looks import Failure, by_cause, once_per_cause
 from kilotwin.studies.scenario.one_run import Ran
 

@@ -21,8 +21,8 @@ from optuna.distributions import (
 from optuna.trial import TrialState
 
 from kilotwin.errors import InputError
-from kilotwin.studies.compare.intervals import bootstrap, bootstrap_mean, mean_difference
-from kilotwin.studies.compare.shares import Interval
+from kilotwin.studies.compare.bootstrap import bootstrap, bootstrap_mean, mean_difference
+from kilotwin.studies.compare.plain_intervals import Interval
 from kilotwin.studies.search.points import Laboratory, mean_of
 from kilotwin.studies.search.space import Axis, Point
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from kilotwin.studies.compare.shares import mean_interval, share_interval
+from kilotwin.studies.compare.plain_intervals import mean_interval, share_interval
 
 
 def assert_share(

@@ -17,7 +17,7 @@ from kilotwin.runs.folder import slug
 from kilotwin.session.display import NoDisplay
 from kilotwin.session.run import run
 from kilotwin.studies.scenario import program_check as checks
-from kilotwin.studies.scenario.keeping import free
+from kilotwin.studies.scenario.kept_failures import free
 from kilotwin.studies.testing.plugin import draw
 from kilotwin.studies.testing.recorded_world import RecordedWorld
 

@@ -12,7 +12,7 @@ from kilotwin.errors import InputError, KilotwinError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import parse_setting
 from kilotwin.studies.scenario.judge import judge, runs_of
-from kilotwin.studies.scenario.keeping import keep
+from kilotwin.studies.scenario.kept_failures import keep
 from kilotwin.studies.scenario.one_run import run_once, tasks_of, with_seed
 from kilotwin.studies.scenario.runner import is_scenario
 from kilotwin.studies.testing.fixture import kept_line

@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 
 import pytest
 
-from kilotwin.studies.compare.shares import share_interval
+from kilotwin.studies.compare.plain_intervals import share_interval
 from kilotwin.studies.testing.plugin import KEPT
 
 _LISTED = 10

@@ -105,10 +105,3 @@ def from_id(identifier: int) -> Address:
     if x == 0:
         return Address(*at, AddressType.ROW if y else AddressType.BROADCAST)
     return Address(*at, AddressType.INDIVIDUAL if y else AddressType.COLUMN)
-
-
-def module_filters(x: int, y: int) -> tuple[int, int, int, int]:
-    """Addresses that module (x, y) takes, under MODULE_MASK: broadcast, row, column, its own."""
-    addresses = (ALL_MODULES, row(y), column(x), module(x, y))
-    first, second, third, fourth = map(to_id, addresses)
-    return first, second, third, fourth

@@ -18,9 +18,9 @@ from kilotwin.table.grid.controller import Controller, NoListener
 from kilotwin.table.grid.foreign_orders import WatchedLinks
 from kilotwin.table.grid.links import Links
 from kilotwin.table.links.grid_robots import GridRobots
+from kilotwin.table.links.readiness import Finding, NotAsked, Seen, Wanted, judge
 from kilotwin.table.links.robot_link import Report
 from kilotwin.table.links.roll_call import RollCall
-from kilotwin.table.links.verdicts import Finding, NotAsked, Seen, Wanted, judge
 
 _STEP_S = 0.001
 # Longer than modules that have just been switched on are silent.

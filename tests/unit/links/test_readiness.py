@@ -8,8 +8,7 @@ from kilotwin.experiment.spec.grid_layout import Layout
 from kilotwin.files.headers import ALL_ROBOTS, VITALS
 from kilotwin.files.message_crc import message_crc
 from kilotwin.table.can.protocol import BusHealth, Health, ModuleState
-from kilotwin.table.links.robot_link import Report
-from kilotwin.table.links.verdicts import (
+from kilotwin.table.links.readiness import (
     Finding,
     GridVerdict,
     NotAsked,
@@ -20,6 +19,7 @@ from kilotwin.table.links.verdicts import (
     judge,
     text,
 )
+from kilotwin.table.links.robot_link import Report
 
 LAYOUT = Layout(2, 2, 2)
 CONFIGURATION = b"\x01\x02"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kilotwin.studies.compare.shares import Interval
+from kilotwin.studies.compare.plain_intervals import Interval
 
 _SEED = 1  # the same table every time
 
@@ -63,19 +63,6 @@ def mean_difference(*groups: NDArray[np.float64], axis: int = -1) -> Any:
     return mean_of_means(*groups[0::2], axis=axis) - mean_of_means(*groups[1::2], axis=axis)
 
 
-def spread_difference(*groups: NDArray[np.float64], axis: int = -1) -> Any:
-    """The same of interquartile ranges."""
-    spreads = [_stats().iqr(group, axis=axis) for group in groups]
-    return np.mean(spreads[0::2], axis=0) - np.mean(spreads[1::2], axis=0)
-
-
 def spread(values: Sequence[float]) -> float:
     """The interquartile range, quartiles interpolated as numpy does."""
     return float(_stats().iqr(values))
-
-
-def rank_correlation(x: Sequence[float], y: Sequence[float]) -> float:
-    """Spearman's, equal values sharing their mean rank; 0 if one of the two does not vary."""
-    if len(set(x)) < 2 or len(set(y)) < 2:
-        return 0.0
-    return float(_stats().spearmanr(x, y).statistic)

@@ -5,15 +5,15 @@ from math import comb
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.truth.paper import rank_correlation
 
-from kilotwin.studies.compare.intervals import (
+from kilotwin.studies.compare.bootstrap import (
     bootstrap,
     bootstrap_mean,
     mean_difference,
-    rank_correlation,
     spread,
 )
-from kilotwin.studies.compare.shares import Interval, share_interval
+from kilotwin.studies.compare.plain_intervals import Interval, share_interval
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ from kilotwin.commands.flash_robots import parse_uids
 from kilotwin.errors import DeviceError, InputError, InterruptError
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import ALL_ROBOTS
-from kilotwin.table.flash import swarm
-from kilotwin.table.flash.swarm import SwarmFlasher
+from kilotwin.table.flash import over_the_air
+from kilotwin.table.flash.over_the_air import SwarmFlasher
 from kilotwin.table.flash.upload import Announce, Ask, Pause, Repeat, SendPage, Upload, Wish
 from kilotwin.table.links.robot_link import LoaderState, Report, RobotState
 
@@ -114,14 +114,14 @@ def test_each_step_is_shown_once_and_its_share_grows() -> None:
 
 def test_the_table_and_the_last_line_say_that_all_have_it() -> None:
     upload = flashed([ModelRobot(12), ModelRobot(3)])
-    lines = swarm.text(upload).splitlines()
+    lines = over_the_air.text(upload).splitlines()
     number = f"{IMAGE.image_id:08X}"
     assert lines[0].split() == ["uid", "module", "cell", "missing", "image", "state"]
     assert lines[1].split() == ["3", "1-2", "0", "0", number, "verified,", "started"]
     assert lines[2].split() == ["12", "1-2", "0", "0", number, "verified,", "started"]
     assert lines[3] == f"flashed and verified: 2 of 2 robots, 10 pages, image {number}, 1 lap"
     assert len(lines) == 4
-    told = swarm.as_dict(upload)
+    told = over_the_air.as_dict(upload)
     assert told["done"]
     assert told["verified"] == [3, 12]
     assert told["failed"] == []
@@ -131,11 +131,11 @@ def test_the_table_and_the_last_line_say_that_all_have_it() -> None:
 
 def test_with_run_it_says_how_many_run() -> None:
     upload = flashed([ModelRobot(1)], OURS, run=True)
-    assert swarm.text(upload).splitlines()[-1] == "1 of 1 robots say that they run"
-    assert "verified, runs" in swarm.text(upload)
-    assert swarm.as_dict(upload)["build_id"] == str(OURS.build_id)
+    assert over_the_air.text(upload).splitlines()[-1] == "1 of 1 robots say that they run"
+    assert "verified, runs" in over_the_air.text(upload)
+    assert over_the_air.as_dict(upload)["build_id"] == str(OURS.build_id)
     theirs = flashed([ModelRobot(1)], run=True)
-    assert "a program of another runtime does not say" in swarm.text(theirs)
+    assert "a program of another runtime does not say" in over_the_air.text(theirs)
     assert theirs.well
 
 
@@ -149,25 +149,25 @@ def test_a_robot_that_does_not_run_has_failed() -> None:
     upload = flashed([Stays(1)], OURS, run=True)
     assert upload.done
     assert not upload.well
-    assert swarm.text(upload).splitlines()[-1] == "0 of 1 robots say that they run"
+    assert over_the_air.text(upload).splitlines()[-1] == "0 of 1 robots say that they run"
 
 
 def test_those_that_failed_are_listed() -> None:
     there = [ModelRobot(1), ModelRobot(2, broken=True), ModelRobot(3, mute=True)]
     upload = flashed(there, uids=frozenset({1, 2, 3}))
-    text = swarm.text(upload)
+    text = over_the_air.text(upload)
     assert "verified, waits in its boot loader" in text
     assert "all pages, but the CRC is wrong" in text
     assert "no answer" in text
     assert "1 of 3 robots are verified; the program was not started\nfailed: 2, 3\n" in text
-    assert swarm.as_dict(upload)["failed"] == [2, 3]
+    assert over_the_air.as_dict(upload)["failed"] == [2, 3]
     assert not upload.well
 
 
 def test_those_that_were_never_heard_are_counted() -> None:
     upload = flashed([ModelRobot(1)], count=3)
-    assert "never heard: 2 of the 3 expected" in swarm.text(upload)
-    assert swarm.as_dict(upload)["never_heard"] == 2
+    assert "never heard: 2 of the 3 expected" in over_the_air.text(upload)
+    assert over_the_air.as_dict(upload)["never_heard"] == 2
 
 
 @pytest.mark.parametrize(
@@ -175,32 +175,32 @@ def test_those_that_were_never_heard_are_counted() -> None:
 )
 def test_without_answers_nothing_is_called_done(verifies: bool, why: str) -> None:
     upload = flashed([ModelRobot(1, mute=True)], verifies=verifies)
-    text = swarm.text(upload)
+    text = over_the_air.text(upload)
     number = f"{IMAGE.image_id:08X}"
     assert text.startswith(f"sent 3 laps of 10 pages, image {number}; not verifiable: {why}\n")
     assert "done" not in text
     assert "flashed" not in text
-    told = swarm.as_dict(upload)
+    told = over_the_air.as_dict(upload)
     assert told["verified"] is None
     assert not told["done"]
     assert upload.well
 
 
 def test_robots_without_a_uid_are_mentioned() -> None:
-    assert "cannot be told apart" in swarm.text(flashed([ModelRobot(ALL_ROBOTS)]))
+    assert "cannot be told apart" in over_the_air.text(flashed([ModelRobot(ALL_ROBOTS)]))
 
 
 def test_all_states_have_words() -> None:
     upload = flashed([ModelRobot(1)])
     robot = upload.robots[1]
     robot.application = None
-    assert swarm.state_of(robot) == "verified"
+    assert over_the_air.state_of(robot) == "verified"
     robot.verified = False
-    assert swarm.state_of(robot) == "loading"
+    assert over_the_air.state_of(robot) == "loading"
     robot.state = LoaderState.NOTHING
-    assert swarm.state_of(robot) == "in its boot loader, without a program"
+    assert over_the_air.state_of(robot) == "in its boot loader, without a program"
     robot.application = RobotState.IDLE
-    assert swarm.state_of(robot) == "still in its old program"
+    assert over_the_air.state_of(robot) == "still in its old program"
 
 
 @pytest.mark.parametrize(
