@@ -78,7 +78,14 @@ def test_all_kinds_of_stations_are_named() -> None:
     ("what", "word", "but"),
     [
         ("profile", "foot-bot", set()),
-        ("medium", "ideal", {"host_tools/kilotwin/studies/bench/workloads.py"}),
+        (
+            "medium",
+            "ideal",
+            {
+                "host_tools/kilotwin/experiment/schema/profile_defaults.py",
+                "host_tools/kilotwin/studies/bench/workloads.py",
+            },
+        ),
     ],
 )
 def test_a_row_names_all_files_in_which_its_like_is_named(
