@@ -66,8 +66,10 @@ def test_code_is_cut_between_bytes_that_both_access_and_one_writes() -> None:
         (loop, "lds", [shared, shared + 1, own, own + 1]),
         (callback, "sts", [shared + 1, shared]),
     ):
-        places = [Instruction(begin + 4 * i, name, 24, k=k, words=2) for i, k in enumerate(bytes_)]
-        code += [*places, Instruction(places[-1].end, "ret")]
+        accesses = [
+            Instruction(begin + 4 * i, name, 24, k=k, words=2) for i, k in enumerate(bytes_)
+        ]
+        code += [*accesses, Instruction(accesses[-1].end, "ret")]
     instructions = {one.address: one for one in code}
     places = tearing(instructions, lambda _: 0, kilo_start, {loop, callback})
     assert places == {loop + 4}

@@ -8,12 +8,12 @@
 /// itself. These bytes are compared as the whole pass has left them.
 ///
 /// Passes may also come back in turns, as of a program that goes to and fro between two states. So
-/// one that differs from the one before is not what the next is compared with, but for MOST_COMPARED
-/// passes, then another, by Brent's way to find a cycle: with 1 pass, 2 and then ever more of them.
-/// All that is said here of a pass is true of so many of them, one after the other.
+/// where one differs from the one before, the next ones are compared with that too, 1 of them, then
+/// 2 and 4, MOST_COMPARED: Brent's way to find a cycle. All that is said here of a pass is true of
+/// so many of them, one after the other.
 ///
-/// A pass in which the LED has another colour meanwhile repeats, but not beyond the end of a run, at
-/// which others may look at it (SHOWN).
+/// A pass in which the LED has another colour meanwhile repeats, but not beyond the end of a run,
+/// where others may look at it (SHOWN).
 ///
 /// A pass whose stores come to something may still repeat if that is a counter's: as the code of a
 /// program without counters, which is most, has none of it, that is apart (passes/counters.h).
