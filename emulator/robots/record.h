@@ -91,6 +91,8 @@ enum Mistakes : uint8_t {
     BEYOND_VARIABLES = 4,  ///< an address just outside its variables
     JUMPS_TO_ZERO = 8,     ///< a restart, as `jmp 0` does
     HAS_NO_LOADER = 16,    ///< BOOT came, to a program that has no flash
+    LEAVES_PROGRAM = 32,   ///< to flash without code, which leads to address 0
+    STACK_MEETS_DATA = 64,
 };
 
 struct RobotRecord : GuestTime {
@@ -134,6 +136,8 @@ struct RobotRecord : GuestTime {
     /// Up to only_ticks_until its program, whenever it is requested for a message, has none.
     bool has_no_message : 1 = false;
     bool may_ask_now : 1 = false;  ///< next_ask() is the time run up to: an interrupt is not over
+    /// Though a tick's waits it lets no interrupt through before waits_past_tick is over.
+    bool holds_interrupts : 1 = false;
     /// So many times running its program had no message when requested, up to QUIET.
     uint8_t nulls : 3 = 0;
     uint8_t noted = 0;  ///< Mistakes

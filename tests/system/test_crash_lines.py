@@ -138,10 +138,11 @@ def test_a_fault_is_told_with_its_line(
 
 @pytest.mark.parametrize(("cpu", "writes"), [("translated", 0), ("avr", 1)])
 def test_so_is_one_of_its_machine_code(folder: Path, cpu: str, writes: int) -> None:
-    kind = {"program": str(folder / "chip.c"), "cpu": cpu, "define": [f"WRITES={writes}"]}
-    with World(robots=[{**kind, "count": 2}]) as world:
+    keys = {"program": str(folder / "chip.c"), "cpu": cpu, "define": [f"WRITES={writes}"]}
+    kind = "crash" if writes else "note"
+    with World(robots=[{**keys, "count": 2}]) as world:
         world.run(3)
-        events = [event for event in world.events if event["kind"] == "crash"]
+        events = [event for event in world.events if event["kind"] == kind]
     line = 6 if writes else 7
     assert [event["robot"] for event in events] in ([0, 1], [1, 0])
     assert {(event["line"], event["function"]) for event in events} == {(line, "leave")}

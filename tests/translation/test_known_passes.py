@@ -13,6 +13,7 @@ HERE = Path(__file__).parent
 CORPUS = sorted((HERE / "corpus").glob("*.c"))
 EXAMPLES = ROOT / "firmware/examples"
 EACH_TICK = sorted((HERE / "each_tick").glob("*.c"))
+SLOW = sorted((ROOT / "experiments/bench/slow").glob("*.c"))
 COUNTED = sorted((HERE / "counted").glob("*.c"))
 TICKS = 600
 WORLD = """
@@ -99,6 +100,17 @@ def test_passes_that_count_do_the_same(tmp_path: Path) -> None:
     assert outcome(file, recalls=True) == executed
     assert outcome(file, recalls=True, chunk=20) == executed
     assert executed[2]["frames_received"] > 100
+
+
+def test_passes_that_come_back_in_turns_do_the_same(tmp_path: Path) -> None:
+    """Two of them are one that changes nothing, or a colour is shown meanwhile; robots that talk
+    interrupt them in all places."""
+    programs = [path for path in SLOW if path.stem not in ("light_300", "waits_for_flash")]
+    file = world(tmp_path, "kilobot", [*programs, EXAMPLES / "talk_and_listen.c"], 2)
+    executed = outcome(file, recalls=False)
+    assert outcome(file, recalls=True) == executed
+    assert outcome(file, recalls=True, chunk=20) == executed
+    assert executed[2]["frames_received"] > 20
 
 
 def test_waits_for_the_serial_line_do_the_same(tmp_path: Path) -> None:

@@ -35,6 +35,7 @@ KILOBOTS = [
     ROOT / "firmware/examples/orbit.c",
     CORPUS / "passes_blink.c",
     CORPUS / "delay_in_callback.c",
+    CORPUS.parent / "programs/delay_while_held.c",
     CORPUS / "two_producers.c",
     CORPUS / "random_delays.c",
 ]

@@ -81,6 +81,7 @@ void TranslatedRobot::flag_matches() {
     while (image_.match <= cycle()) {
         if (image_.flagged == TranslatedImage::NO_TIME) image_.flagged = image_.match;
         image_.match += TICK_CYCLES;
+        look_at_stack();
         watch_main_loop();
     }
 }

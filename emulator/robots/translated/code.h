@@ -29,7 +29,7 @@
 #include "robots/translated/passes/pass.h"
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 9
+#define TRANSLATION_VERSION 10
 
 /// State of a chip, for the time of a call.
 typedef struct translated_chip {
@@ -62,7 +62,10 @@ typedef struct translated_chip {
     /// afterwards. False: the region has to be left.
     uint8_t (*attend)(struct translated_chip *chip, unsigned what);
     /// A register with PIN_EFFECT has got another value; `left` is that of the instruction's begin.
-    void (*pin_written)(struct translated_chip *chip, uint16_t address);
+    /// Bits for `changed`.
+    uint8_t (*pin_written)(struct translated_chip *chip, uint16_t address);
+    /// A division by zero begins. The program counter and the stack pointer are here meanwhile.
+    void (*divides_by_zero)(struct translated_chip *chip);
 } translated_chip_t;
 
 /// An access to this register does more than reading or writing a byte; CHANGE_EFFECT, of guests: a
@@ -106,6 +109,7 @@ typedef struct {
     uint16_t ticks, tx_period;     ///< kilo_ticks, kilo_tx_period
     uint16_t message, distance;    ///< of the receiver, for the program's callback
     uint16_t message_rx;           ///< kilo_message_rx
+    uint16_t variables_end;        ///< behind the last one
     uint8_t names_period;          ///< the program has to do with kilo_tx_period itself
     uint8_t original;              ///< its runtime has the traits of the published one
 } translated_seam_t;
@@ -220,6 +224,13 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 #define BLOCK(at, last) \
     block_##at : if (__builtin_expect(left <= (last), 0)) STOP(at, 0, INTERPRET_REST);
 #endif
+/// Of a guest, where a division begins; in any turn of it.
+#define DIVIDES_BY(at, divisor)                              \
+    if (__builtin_expect((divisor) == 0, 0)) {               \
+        M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8); \
+        chip->left = left, chip->pc = (at);                  \
+        chip->divides_by_zero(chip);                         \
+    }
 /// Jumps of a guest: backwards within a region, to a block, and to the begin of the main loop.
 #define JUMP_BACK(to, spent)                                          \
     do {                                                              \
@@ -249,10 +260,11 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
     if (chip->calls >> (number)&1) STOP(at, 0, CALL_ENGINE);
 #define END_INTERRUPT(at, spent) HAND_OVER(at, spent)
 #endif
-/// Writes a register that is plain memory. Others may see at once that it has changed, so that a
-/// pass that sets it and sets it back is not one that changes nothing.
+/// Writes a register that is plain memory, as WRITE_STATIC() does a variable. What others see of it
+/// the engine is told (WRITE_REGISTER).
 #ifdef TRANSLATED_GUEST
-#define WRITE(address, r) (changed |= M[address] != (r) ? CHANGED : 0, M[address] = (r))
+#define WRITE(address, r) \
+    (net += translated_weight(address) * ((uint64_t)(r)-M[address]), M[address] = (r))
 #else
 #define WRITE(address, r) (M[address] = (r))
 #endif
@@ -454,14 +466,15 @@ enum {
     if (__builtin_expect(effects[address] & CHANGE_EFFECT && M[address] != (r), 0)) \
     HAND_OVER(at, offset)
 /// The byte itself. One that shows on a pin is told to the engine at its time, without leaving the
-/// region: all that the engine does then is to look at the pins, and no interrupt moves.
+/// region: all that the engine does then is to look at the pins, and no interrupt moves. It says
+/// what that makes of the pass.
 #define WRITE_REGISTER(offset, address, r)                                         \
     do {                                                                           \
         const uint8_t shows_ = effects[address] & PIN_EFFECT && M[address] != (r); \
         WRITE(address, r);                                                         \
         if (__builtin_expect(shows_, 0)) {                                         \
             chip->left = left - (offset);                                          \
-            chip->pin_written(chip, address);                                      \
+            changed |= chip->pin_written(chip, address);                           \
         }                                                                          \
     } while (0)
 #else

@@ -88,7 +88,7 @@ void TranslatedDriver::run(RobotRecord &robot) {
 Cycles TranslatedDriver::next_ask(const RobotRecord &robot) const {
     if (robot.life != RobotRecord::Life::ALIVE || robot.next_tick == NEVER) return NEVER;
     if (robot.may_ask_now || robot.next_message <= robot.now) [[unlikely]]
-        return robot.now;
+        return robot.holds_interrupts ? robot.next_tick + robot.waits_past_tick : robot.now;
     return next_ask_at_rest(robot);
 }
 

@@ -46,9 +46,10 @@ struct TranslatedImage {
     /// End of its last frame. The robot is run up to there before it is told of light that falls on
     /// it meanwhile.
     uint64_t sends_until;
-    uint64_t forgotten;  ///< edges that wait then have nothing to say: the robot has sent
-    uint64_t converted;  ///< end of the last conversion
-    int16_t conversion;  ///< its result
+    uint64_t held_back_until;  ///< no interrupt is let through before, though a tick's waits
+    uint64_t forgotten;        ///< edges that wait then have nothing to say: the robot has sent
+    uint64_t converted;        ///< end of the last conversion
+    int16_t conversion;        ///< its result
 
     // Other peripherals.
     uint64_t asleep_until;  ///< 0: it is awake
@@ -73,6 +74,7 @@ struct TranslatedImage {
     Interrupt interrupt;  ///< the one that is served
     bool holds;           ///< that pass holds interrupts back for longer than MOST_HELD
     uint8_t waits_for;    ///< 1 + number of the engine's call that the channel has to answer
+    bool strays;          ///< it has left its program, and goes through flash without code
     bool granted;         ///< the channel is known to be free for the frame of this interrupt
     bool is_timed;        ///< this tick's interrupt only counts, and its cycles are measured
 };

@@ -303,7 +303,7 @@ static bool condition(state_t *state) {
         state->after += 2 * ((word >> 3 & 63) - (word >> 3 & 64));
     } else if (word >> 10 == 0x04) {
         skip(state, d == r);
-    } else if ((word & 0xFC08) == 0xFC00) {
+    } else if ((word & 0xFC08) == 0xFC00 || word == 0xFFFF) {  // erased flash is sbrs r31, 7
         skip(state, (d >> bit & 1) == (word >> 9 & 1));
     } else if (word >> 8 == 0x99 || word >> 8 == 0x9B) {
         skip(state, (read_data(state, low_port) >> bit & 1) == (word >> 9 & 1));

@@ -65,7 +65,8 @@ uint8_t TranslatedRobot::read_register(translated_chip_t *chip, uint16_t address
     auto &robot = *static_cast<TranslatedRobot *>(chip);
     auto &image = robot.image_;
     const uint64_t now = robot.cycle();
-    robot.changed = CHANGED;  // it depends on the time
+    // It depends on the time, but for an EEPROM that is not busy.
+    if (address != EECR || now < robot.eeprom_free()) robot.changed = CHANGED;
     switch (address) {
     case UCSR0A:
         robot.leave_out_polls();
@@ -83,7 +84,8 @@ void TranslatedRobot::register_written(translated_chip_t *chip, uint16_t address
 }
 
 void TranslatedRobot::register_written(uint16_t address) {
-    changed = CHANGED;
+    constexpr uint8_t BEGINS_WRITE = EECR_EEPE | EECR_EEMPE;
+    if (address != EECR || (at(EECR) & BEGINS_WRITE) != 0) changed = CHANGED;
     switch (address) {
     case TIFR0:
     case TCCR0B:
@@ -129,13 +131,19 @@ void TranslatedRobot::find_match() {
 void TranslatedRobot::eeprom_written() {
     const uint8_t control = at(EECR);
     const auto address = static_cast<uint16_t>(word(EEARL) % EEPROM_BYTES);
-    if ((control & EECR_EERE) != 0) at(EEDR) = robot_.eeprom(address);
+    if ((control & EECR_EERE) != 0) set_register(EEDR, robot_.eeprom(address));
     const bool is_free = cycle() >= eeprom_free();
     if (is_free && (control & EECR_EEPE) != 0 && (control & EECR_EEMPE) != 0) {
         robot_.set_eeprom(address, at(EEDR));
         state_.written().eeprom_free = cycle() + EEPROM_WRITE_CYCLES;
     }
-    at(EECR) = control & (EECR_EEPE | EECR_EERE) ? 0 : control & EECR_EEMPE;
+    set_register(EECR, control & (EECR_EEPE | EECR_EERE) ? 0 : control & EECR_EEMPE);
+}
+
+/// A byte that the engine changes, and that is summed up as one that the code does.
+void TranslatedRobot::set_register(uint16_t address, uint8_t value) {
+    net += translated_weight(address) * (uint64_t{value} - at(address));
+    at(address) = value;
 }
 
 /// A program that prints mostly waits for the line, and each look is the interpreter's. Of the loop
@@ -167,6 +175,21 @@ void TranslatedRobot::print(uint8_t byte) {
     robot_.last_tick = ticks_now();
     robot_.now = world_time();
     robot_.report(EventKind::PRINT, std::exchange(*line, {}));
+}
+
+/// In the midst of code, or, with 0, where passes have been left out that show other colours: as
+/// if they had, the next one is no decision that comes after a tick without any. What motors do
+/// matters at its time, so that a pass that changes them is executed.
+uint8_t TranslatedRobot::pin_written(uint16_t address) {
+    if (address == 0) {
+        robot_.last_decision = std::max(robot_.last_decision, world_time());
+        return 0;
+    }
+    const auto left_motor = robot_.left, right_motor = robot_.right;
+    const auto color = robot_.color;
+    look_at_pins();
+    if (robot_.left != left_motor || robot_.right != right_motor) return CHANGED;
+    return robot_.color != color ? SHOWN : 0;
 }
 
 /// Motors and LED are what the ports and timer 2 make of them.

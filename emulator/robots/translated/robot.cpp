@@ -47,7 +47,12 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
     translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
         return static_cast<TranslatedRobot *>(chip)->attend(what);
     };
-    pin_written = register_written;
+    translated_chip_t::pin_written = [](translated_chip_t *chip, uint16_t address) -> uint8_t {
+        return static_cast<TranslatedRobot *>(chip)->pin_written(address);
+    };
+    translated_chip_t::divides_by_zero = [](translated_chip_t *chip) {
+        static_cast<TranslatedRobot *>(chip)->divides_by_zero();
+    };
     const unsigned all = (1u << ENGINE_CALLS) - 1;
     calls = static_cast<uint8_t>(robot.context->gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
     limit_ = image_.cycle;
@@ -102,13 +107,17 @@ void TranslatedRobot::store() {
     if (robot_.question == RobotRecord::Question::NONE && robot_.life == RobotRecord::Life::ALIVE)
         robot_.now = rests ? std::max(robot_.until, world_time()) : world_time();
     robot_.next_tick = NEVER;
+    robot_.holds_interrupts = false;
     if (!timer_ticks()) return;
     const uint64_t next = std::min(image_.match, image_.flagged);
     robot_.next_tick = clock_.world_time(next);
     const uint64_t since = next - image_.timer_zero;
     robot_.overflow =
         clock_.world_time(image_.timer_zero + (since / TICK_CYCLES + 1) * TICK_CYCLES);
-    const Cycles now = robot_.now;
+    image_.held_back_until = held_back_until();
+    const Cycles held_until = clock_.world_time(image_.held_back_until);
+    robot_.holds_interrupts = image_.held_back_until > cycle();
+    const Cycles now = robot_.holds_interrupts ? held_until : robot_.now;
     robot_.waits_past_tick =
         now > robot_.next_tick ? static_cast<uint32_t>(now - robot_.next_tick) : 0;
 }
@@ -231,6 +240,8 @@ bool TranslatedRobot::attend(unsigned what) {
     else if (what < ENGINE_CALLS)
         call(what);
     if (!goes_on() || is_early_) return false;
+    // Such a call moves no interrupt, so that what comes next is what it was.
+    if (what < ENGINE_CALLS && what != CALL_SEND && left > 0 && !limit_changed_) return true;
     for (flag_matches(); !message_is_due() && serve_interrupt();) flag_matches();
     if (message_is_due() || cycle() >= end_of_run()) return false;
     set_limit();
@@ -243,6 +254,7 @@ bool TranslatedRobot::attend(unsigned what) {
 void TranslatedRobot::execute_code() {
     while (left > 0) {
         pc &= PROGRAM_COUNTER;
+        if (pc == 0) starts_again();
         const unsigned region = code_.region_of[pc / 2];
         switch (region != 0 ? code_.code[region - 1](this) : INTERPRET_ONE) {
         case CHECKPOINT:
@@ -262,7 +274,7 @@ void TranslatedRobot::execute_code() {
 bool TranslatedRobot::execute_one() {
     constexpr uint16_t RETI = 0x9518, SLEEP = 0x9588;
     static constexpr registers_t REGISTERS = {read_register, register_written};
-    if (pc == RETURN_FROM_MESSAGE) {
+    if (pc == RETURN_FROM_MESSAGE && !image_.strays) {
         end_message();
         return true;
     }
@@ -274,6 +286,7 @@ bool TranslatedRobot::execute_one() {
         const bool rings = (at(WDTCSR) & WDTCSR_WDIE) != 0;
         image_.asleep_until = down && rings ? cycle() + SLEEP_DOWN_CYCLES : NO_TIME;
     }
+    if (makes_mistake()) return true;
     changed |= NOT_COUNTED;  // whether it reads a counter, or stores one again, is not looked at
     if (!interpret(this, &REGISTERS)) {
         fail();
@@ -300,9 +313,10 @@ bool TranslatedRobot::note_pass() {
     }
     const uint64_t below = (changed & CHANGED_BELOW) != 0 ? translated_below(data, stack) : 0;
     const bool same =
-        pass_cycles != 0 || (executes == 0 && translated_kept(pass, changed, net, below) &&
-                             pass->pc == pc && pass->stack == stack && pass->status == now &&
-                             std::memcmp(pass->registers, data, sizeof pass->registers) == 0);
+        pass_cycles != 0 ||
+        (executes == 0 && (changed & SHOWN) == 0 && translated_kept(pass, changed, net, below) &&
+         pass->pc == pc && pass->stack == stack && pass->status == now &&
+         std::memcmp(pass->registers, data, sizeof pass->registers) == 0);
     turns = TURNS;
     pass_cycles = 0;
     image_.pass_cycles = same ? static_cast<uint64_t>(pass_left - left) : 0;
@@ -310,6 +324,7 @@ bool TranslatedRobot::note_pass() {
     pass_left = left;
     if (same) return true;
     *pass = {};
+    translated_compare_more(pass, 0);
     std::memcpy(pass->registers, data, sizeof pass->registers);
     pass->pc = pc;
     pass->stack = stack;

@@ -37,7 +37,8 @@ namespace kilotwin {
 ///
 /// Sources: translated/robot.cpp (running, loops, interrupts), translated/rest.cpp (ticks in which
 /// nothing changes), translated/calls.cpp (the engine's functions, commands and messages),
-/// translated/lost_edges.cpp, translated/registers.cpp.
+/// translated/held_back.cpp (interrupts that the program does not let through),
+/// translated/mistakes.cpp, translated/lost_edges.cpp, translated/registers.cpp.
 class TranslatedRobot : private translated_chip_t {
   public:
     TranslatedRobot(TranslatedProgram &program, RobotRecord &robot, TranslatedState &state);
@@ -102,7 +103,17 @@ class TranslatedRobot : private translated_chip_t {
     void disturb_passes();
     void doze();
     void fail();
+
+    // Mistakes of its program, told once each (mistakes.cpp).
+    void note(uint8_t mistake, const char *text);
+    bool makes_mistake();
+    void starts_again();
+    void look_at_stack();
+    void divides_by_zero();
+
     void store();
+    /// At least so long no interrupt is let through, though a tick's waits; 0: none does.
+    uint64_t held_back_until() const;
 
     // Interrupts. They come in the order of their vectors: the tick, a message, the serial line.
     // The tick's is left out, by arithmetic, if it would do no more than count.
@@ -181,6 +192,8 @@ class TranslatedRobot : private translated_chip_t {
     static uint8_t read_register(translated_chip_t *chip, uint16_t address);
     static void register_written(translated_chip_t *chip, uint16_t address);
     void register_written(uint16_t address);
+    uint8_t pin_written(uint16_t address);
+    void set_register(uint16_t address, uint8_t value);
     void timer_written(uint16_t address);
     void find_match();
     bool timer_ticks() const;

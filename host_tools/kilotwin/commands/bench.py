@@ -31,6 +31,7 @@ class Workload(StrEnum):
     computes = "computes"
     state_1500 = "state-1500"
     programs_10 = "programs-10"
+    slow = "slow"
     squeeze = "squeeze"
     transport = "transport"
     memory = "memory"

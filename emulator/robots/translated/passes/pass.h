@@ -7,6 +7,14 @@
 /// many functions' in turn, whose pushes are not looked at: a program reads what it has pushed
 /// itself. These bytes are compared as the whole pass has left them.
 ///
+/// Passes may also come back in turns, as of a program that goes to and fro between two states. So
+/// where one differs from the one before, the next ones are compared with that too, 1 of them, then
+/// 2 and 4, MOST_COMPARED: Brent's way to find a cycle. All that is said here of a pass is true of
+/// so many of them, one after the other.
+///
+/// A pass in which the LED has another colour meanwhile repeats, but not beyond the end of a run,
+/// where others may look at it (SHOWN).
+///
 /// A pass whose stores come to something may still repeat if that is a counter's: as the code of a
 /// program without counters, which is most, has none of it, that is apart (passes/counters.h).
 ///
@@ -25,6 +33,8 @@ typedef struct {
     uint16_t stack;           ///< pointer: the next free byte
     uint8_t status;           ///< the status register
     uint64_t below;           ///< translated_below() of the stack below its pointer; 0: not known
+    uint8_t span;             ///< so many passes behind it are compared with it
+    uint8_t compares;         ///< so many of them are left
     uint8_t counted[16];      ///< bytes of the program's counters, one after the other
 } translated_pass_t;
 
@@ -46,7 +56,7 @@ static inline uint64_t translated_below(const uint8_t *data, uint16_t stack) {
     return sum | 1;
 }
 
-/// Changes of a pass that do not go back: registers of peripherals, and the stack by a function
+/// Changes of a pass that do not go back: effects on peripherals, and the stack by a function
 /// that has returned behind where the pass stands; those of bytes that translated_below() tells
 /// apart; and what a pass does with a counter that a repeated one might do otherwise.
 enum { CHANGED = 1, CHANGED_BELOW = 2, NOT_COUNTED = 4 };
@@ -54,6 +64,10 @@ enum { CHANGED = 1, CHANGED_BELOW = 2, NOT_COUNTED = 4 };
 /// of light may be lost in it. Up to so many none is: it waits so long, and then for another edge's
 /// interrupt at most.
 enum { HELD = 8, MOST_HELD = 64 };
+/// The LED has shown another colour.
+enum { SHOWN = 16 };
+/// A pass that the next ones are compared with stays that for so many of them at most.
+enum { MOST_COMPARED = 4 };
 
 /// The weight of a byte in SRAM: an odd number that has little to do with that of the next byte.
 /// The sum of weights times differences is 0 if the bytes are as they were; it is not if one has
@@ -77,6 +91,14 @@ static inline uint8_t translated_kept(const translated_pass_t *pass, uint8_t cha
     return (changed & CHANGED_BELOW) == 0 || (below != 0 && below == pass->below);
 }
 
+/// A pass begins that the next ones are compared with: more of them than with the one before, if
+/// that was compared with passes of the same loop in vain.
+static inline void translated_compare_more(translated_pass_t *pass, uint8_t in_vain) {
+    const int span = in_vain ? 2 * pass->span : 1;
+    pass->span = (uint8_t)(span < MOST_COMPARED ? span : MOST_COMPARED);
+    pass->compares = (uint8_t)(pass->span - 1);
+}
+
 #ifdef MAIN_REGION
 /// Behind the blocks of the region that a guest is mostly in: `pass` and `attend`, to which macros
 /// of translated/code.h jump. Of passes that repeat only the last one is executed, in which the
@@ -87,54 +109,62 @@ static inline uint8_t translated_kept(const translated_pass_t *pass, uint8_t cha
 ///
 /// `attend` hands the engine what it needs of the state and takes it back. The engine may have
 /// served interrupts or ended one, so that the program goes on elsewhere.
-#define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)     \
-    pass : {                                                                            \
-        translated_pass_t *const pass_ = chip->pass;                                    \
-        const uint8_t main_ = (in_main);                                                \
-        chip->passed |= main_;                                                          \
-        const uint8_t status_ = main_ ? (uint8_t)(tf << 6 | inf << 7) : SREG;           \
-        const uint64_t below_ = changed & CHANGED_BELOW ? translated_below(M, sp) : 0;  \
-        const uint64_t added_ = ADDED(main_);                                           \
-        if (!chip->executes && translated_kept(pass_, changed, net - added_, below_) && \
-            pass_->pc == pc && pass_->stack == sp && pass_->status == status_ &&        \
-            (differing) == 0 && (main_ || (scratch_differing) == 0)) {                  \
-            const int64_t took_ = chip->pass_left - left;                               \
-            if (added_ != 0) {                                                          \
-                COUNT_ON(took_);                                                        \
-                NOTE_COUNTERS;                                                          \
-                chip->turns = TURNS, changed = 0, net = 0;                              \
-            } else if (!chip->repeats) {                                                \
-                chip->pass_cycles = took_;                                              \
-                STOP(pc, 0, CHECKPOINT);                                                \
-            } else if (left > 0) {                                                      \
-                left = (int64_t)((uint64_t)left % (uint64_t)took_);                     \
-            }                                                                           \
-        } else {                                                                        \
-            pass_->pc = pc, pass_->stack = top = sp, pass_->status = status_;           \
-            note;                                                                       \
-            if (!main_) {                                                               \
-                note_scratch;                                                           \
-            }                                                                           \
-            NOTE_COUNTERS;                                                              \
-            pass_->below = below_, chip->turns = TURNS, changed = 0, net = 0;           \
-            if (main_ && --chip->recalls_in <= 0) {                                     \
-                chip->pass_left = left, chip->pass_cycles = TO_RECALL;                  \
-                STOP(pc, 0, CHECKPOINT);                                                \
-            }                                                                           \
-        }                                                                               \
-        chip->pass_left = left;                                                         \
-        goto dispatch;                                                                  \
-    }                                                                                   \
-    attend:                                                                             \
-    chip->left = left, chip->pc = pc, chip->changed = changed;                          \
-    M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8), F[7] = (uint8_t)inf;           \
-    M[24] = r24, M[25] = r25;                                                           \
-    {                                                                                   \
-        const uint8_t goes_on_ = chip->attend(chip, attended);                          \
-        left = chip->left, pc = chip->pc, changed = chip->changed;                      \
-        sp = (uint16_t)(M[0x5D] | M[0x5E] << 8), inf = F[7], r24 = M[24], r25 = M[25];  \
-        if (!goes_on_) STOP(pc, 0, ATTENDED);                                           \
-    }                                                                                   \
+#define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)                \
+    pass : {                                                                                       \
+        translated_pass_t *const pass_ = chip->pass;                                               \
+        const uint8_t main_ = (in_main);                                                           \
+        chip->passed |= main_;                                                                     \
+        const uint8_t status_ = main_ ? (uint8_t)(tf << 6 | inf << 7) : SREG;                      \
+        const uint64_t below_ = changed & CHANGED_BELOW ? translated_below(M, sp) : 0;             \
+        const uint64_t added_ = ADDED(main_);                                                      \
+        const uint8_t here_ = pass_->pc == pc && pass_->stack == sp;                               \
+        if (!chip->executes && translated_kept(pass_, changed, net - added_, below_) && here_ &&   \
+            pass_->status == status_ && (differing) == 0 && (main_ || (scratch_differing) == 0)) { \
+            const int64_t took_ = chip->pass_left - left;                                          \
+            if (added_ != 0) {                                                                     \
+                COUNT_ON(took_);                                                                   \
+                NOTE_COUNTERS;                                                                     \
+                chip->turns = TURNS, changed &= SHOWN, net = 0;                                    \
+            } else if (!chip->repeats && (changed & SHOWN) == 0) {                                 \
+                chip->pass_cycles = took_;                                                         \
+                STOP(pc, 0, CHECKPOINT);                                                           \
+            } else if (left > 0) {                                                                 \
+                left = (int64_t)((uint64_t)left % (uint64_t)took_);                                \
+            }                                                                                      \
+            if ((changed & SHOWN) != 0) {                                                          \
+                chip->left = left;                                                                 \
+                chip->pin_written(chip, 0);                                                        \
+            }                                                                                      \
+        } else if (here_ && pass_->compares > 0 && (changed & CHANGED) == 0) {                     \
+            pass_->compares--, chip->turns = TURNS;                                                \
+            goto dispatch;                                                                         \
+        } else {                                                                                   \
+            translated_compare_more(pass_, here_ && (changed & CHANGED) == 0);                     \
+            pass_->pc = pc, pass_->stack = top = sp, pass_->status = status_;                      \
+            note;                                                                                  \
+            if (!main_) {                                                                          \
+                note_scratch;                                                                      \
+            }                                                                                      \
+            NOTE_COUNTERS;                                                                         \
+            pass_->below = below_, chip->turns = TURNS, changed = 0, net = 0;                      \
+            if (main_ && --chip->recalls_in <= 0) {                                                \
+                chip->pass_left = left, chip->pass_cycles = TO_RECALL;                             \
+                STOP(pc, 0, CHECKPOINT);                                                           \
+            }                                                                                      \
+        }                                                                                          \
+        chip->pass_left = left;                                                                    \
+        goto dispatch;                                                                             \
+    }                                                                                              \
+    attend:                                                                                        \
+    chip->left = left, chip->pc = pc, chip->changed = changed;                                     \
+    M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8), F[7] = (uint8_t)inf;                      \
+    M[24] = r24, M[25] = r25;                                                                      \
+    {                                                                                              \
+        const uint8_t goes_on_ = chip->attend(chip, attended);                                     \
+        left = chip->left, pc = chip->pc, changed = chip->changed;                                 \
+        sp = (uint16_t)(M[0x5D] | M[0x5E] << 8), inf = F[7], r24 = M[24], r25 = M[25];             \
+        if (!goes_on_) STOP(pc, 0, ATTENDED);                                                      \
+    }                                                                                              \
     goto dispatch;
 #else
 #define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)

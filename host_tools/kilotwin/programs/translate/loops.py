@@ -30,6 +30,12 @@ def turns_left_out(begin: int, instructions: Mapping[int, Instruction]) -> str |
     )
 
 
+def divisor(begin: int, instructions: Mapping[int, Instruction]) -> str | None:
+    """The number by which the loop divides that begins at an address, or None if none does."""
+    found = _parts_of_division(_Reader(instructions, begin))
+    return None if found is None else found.divisor
+
+
 def _number(registers: list[int]) -> str:
     """The lowest byte first."""
     parts = (f"(uint32_t)r{register} << {_BYTE * at}" for at, register in enumerate(registers))
@@ -123,7 +129,18 @@ def _normalisation(reader: _Reader) -> str | None:
     )
 
 
+@dataclass(frozen=True)
+class _Division:
+    divisor: str
+    statement: str
+
+
 def _division(reader: _Reader) -> str | None:
+    found = _parts_of_division(reader)
+    return None if found is None else found.statement
+
+
+def _parts_of_division(reader: _Reader) -> _Division | None:
     """The rest is shifted, the divisor taken from it where it is not less, and what that comes to
     shifted into the quotient, inverted. It ends by a counter, while the dividend's bits come out
     of the quotient's registers; or, with no more bits to come, when the mark is shifted out that
@@ -137,7 +154,7 @@ def _division(reader: _Reader) -> str | None:
     skipping = reader.cycles + 1
     taken = reader.chain("sub", "sbc")
     subtracting = reader.cycles
-    divisor = [step.r for step in compared]
+    dividing = [step.r for step in compared]
     pairs = [(step.d, step.r) for step in compared]
     if rest != [step.d for step in compared] or pairs != [(step.d, step.r) for step in taken]:
         return None
@@ -145,7 +162,7 @@ def _division(reader: _Reader) -> str | None:
         return None
     quotient = reader.shift("adc")
     count = None if by_mark else reader.take("dec")
-    numbers = [rest, divisor, quotient, *([] if count is None else [[count.d]])]
+    numbers = [rest, dividing, quotient, *([] if count is None else [[count.d]])]
     ends = (
         _are_numbers(*numbers)
         and (count is None) == by_mark
@@ -160,4 +177,5 @@ def _division(reader: _Reader) -> str | None:
         arguments.append(f"r{count.d}")
     arguments += map(str, [_BYTE * len(rest), subtracting + end, skipping + end])
     arguments.append(f"{_set(rest, 'rest_')} {_set(quotient, 'bits_')}")
-    return f"DIVIDE_{'TO_MARK' if by_mark else 'BY_COUNT'}({', '.join(arguments)})"
+    kind = "TO_MARK" if by_mark else "BY_COUNT"
+    return _Division(_number(dividing), f"DIVIDE_{kind}({', '.join(arguments)})")

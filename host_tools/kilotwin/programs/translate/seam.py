@@ -72,6 +72,8 @@ class Seam:
     message: int
     distance: int
     message_rx: int
+    variables_end: int
+    """Behind the last one."""
     names_period: bool
     """Whether the program has to do with kilo_tx_period itself."""
     original: bool
@@ -90,8 +92,8 @@ class Seam:
     def text(self) -> str:
         """C of the structure translated_seam_t."""
         numbers = [self.obey, self.robot, self.heard, self.ticks, self.tx_period]
-        numbers += [self.message, self.distance, self.message_rx, int(self.names_period)]
-        numbers += [int(self.original)]
+        numbers += [self.message, self.distance, self.message_rx, self.variables_end]
+        numbers += [int(self.names_period), int(self.original)]
         calls = ", ".join(map(str, self.calls))
         return f"{{{{{calls}}}, {', '.join(map(str, numbers))}}}"
 
@@ -124,6 +126,7 @@ def seam_of(elf: Path, objects: Sequence[Path], *, original: bool = False) -> Se
         message=_address(own, "reader") + _MESSAGE_IN_READER,
         distance=_address(own, "distance"),
         message_rx=_address(everywhere, "kilo_message_rx"),
+        variables_end=_address(everywhere, "__bss_end"),
         names_period=any(_names(file, "kilo_tx_period") for file in objects),
         original=original,
         main_loop=_extent(everywhere, "kilo_start"),

@@ -56,7 +56,7 @@ _HEADERS = [
 # Files beside this one that a translation depends on.
 _MAKERS = [
     *("counters.py", "instructions.py", "liveness.py", "loops.py"),
-    *("registers.py", "statements.py", "taint.py", "seam.py", "translator.py"),
+    *("registers.py", "statements.py", "taint.py", "seam.py", "shared.py", "translator.py"),
 ]
 _KEY_CHARACTERS = 32
 OPTIMISED = "KILOTWIN_OPTIMISED"

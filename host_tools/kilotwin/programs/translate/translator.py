@@ -21,9 +21,10 @@ from kilotwin.files.flash_map import FLASH_BYTES
 from kilotwin.programs.translate.counters import Counter, find_counters
 from kilotwin.programs.translate.instructions import Instruction, decode, is_long
 from kilotwin.programs.translate.liveness import ALL_FLAGS, live_flags
-from kilotwin.programs.translate.loops import turns_left_out
+from kilotwin.programs.translate.loops import divisor, turns_left_out
 from kilotwin.programs.translate.registers import Function
 from kilotwin.programs.translate.seam import Seam
+from kilotwin.programs.translate.shared import tearing
 from kilotwin.programs.translate.statements import (
     DATA_END,
     REGISTERS,
@@ -252,6 +253,9 @@ class _Code:
         self.entries &= set(self.instructions)
         self.called &= set(self.instructions)
         if self.seam is not None:
+            start = self.seam.main_loop[0]
+            callable_ = self.pointed & set(self.seam.functions)
+            self.entries |= tearing(self.instructions, self.skipped_to, start, callable_)
             self.live = live_flags(self.instructions, self.skipped_to)
 
     def _is_programmed(self, address: int) -> bool:
@@ -320,7 +324,7 @@ class _Code:
             place += counter.bytes
 
     def waits(self, address: int) -> bool:
-        """Whether it is one of delay()."""
+        """Whether it is one of delay(): time goes by there in loops alone."""
         begin, end = (0, 0) if self.seam is None else self.seam.delay
         return begin <= address < end
 
@@ -381,7 +385,7 @@ class _Code:
             return functions
         place = {block[0].address: at for at, region in enumerate(functions) for block in region}
         wanted = [self.seam.main_loop[0], _TICK_VECTOR * _VECTOR_BYTES]
-        wanted += [*self.seam.calls, *self.seam.functions]
+        wanted += [*filter(None, self.seam.calls), *self.seam.functions]
         merged: set[int] = set()
         size = 0
         while wanted:
@@ -392,10 +396,13 @@ class _Code:
             merged.add(at)
             size += more
             lasts = [block[-1] for block in functions[at]]
-            targets = [last.target for last in lasts if last.name in _CALLS | _JUMPS]
+            # Where code begins anew, at address 0, the engine looks: the region is left for that.
+            jumps = [last for last in lasts if last.name in _CALLS | _JUMPS]
+            targets = [jump.target for jump in jumps if jump.target != 0]
             goes_on = [] if lasts[-1].name in _NOWHERE | _JUMPS else [lasts[-1].end]
-            is_vector = more == 1
-            wanted = [*targets, *wanted] if is_vector else [*goes_on, *wanted, *targets]
+            # Of a vector what comes behind the jump only fills it up.
+            is_vector = functions[at][-1][-1].end <= _VECTORS * _VECTOR_BYTES
+            wanted = [targets[0], *wanted] if is_vector else [*goes_on, *wanted, *targets]
         first = [block for at in sorted(merged) for block in functions[at]]
         rest = [region for at, region in enumerate(functions) if at not in merged]
         return [first, *rest] if first else rest
@@ -457,12 +464,15 @@ def _block_text(
     lines = [f"BLOCK(0x{block[0].address:x}, {offsets[-2]})"]
     if code.covered:
         lines.append(_cover(block[0].address, "RAN"))
-    if code.waits(block[0].address):
+    shortcut = turns_left_out(block[0].address, own)
+    if shortcut and code.waits(block[0].address):
         lines.append("chip->passed = 1;")
     call = code.engine_call(block[0].address)
     if call is not None:
         lines.append(f"ENGINE_CALL(0x{block[0].address:x}, {call})")
-    if not code.covered and (shortcut := turns_left_out(block[0].address, own)):
+    if code.seam is not None and (number := divisor(block[0].address, own)):
+        lines.append(f"DIVIDES_BY(0x{block[0].address:x}, {number})")
+    if shortcut and not code.covered:
         lines.append(shortcut)
     for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
         lines += code.count(instruction)

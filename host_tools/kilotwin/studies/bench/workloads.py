@@ -44,6 +44,9 @@ _LIKE_LABS = {
 }
 _LIKE_LABS_ROBOTS, _KINDS_S = 1_000, 300
 _KINDS_PROGRAM, _KINDS = "experiments/bench/kinds.c", 10
+# Things that programs do in each pass of loop() and that keep a translated robot busy.
+_SLOW = "experiments/bench/slow"
+_SLOW_ROBOTS, _SLOW_S = 20, 10
 
 _AVR_ROBOTS = 20
 _AVR_S = 200
@@ -101,6 +104,15 @@ def _kinds(workload: str, settings: list[Setting]) -> Iterator[Case]:
         for kind in range(_KINDS)
     ]
     yield Case(workload, _experiment(workload, tables, settings))
+
+
+def _slow(settings: list[Setting]) -> Iterator[Case]:
+    for program in sorted(resources.path(_SLOW).glob("*.c")):
+        tables = _walkers(_SLOW_ROBOTS, _SPARSE_PER_M2, "kilobot", _SLOW_S)
+        written = f"{_SLOW}/{program.name}"
+        tables["swarm"] = {"profile": "kilobot"}
+        tables["robots"] = [{"program": written, "cpu": "translated", "count": _SLOW_ROBOTS}]
+        yield Case(f"slow/{program.stem}", _experiment("slow", tables, settings))
 
 
 def _squeeze(settings: list[Setting]) -> Iterator[Case]:
@@ -161,6 +173,7 @@ _WORKLOADS: dict[str, Callable[[list[Setting]], Iterator[Case]]] = {
     "walk": _walk,
     "dense": _dense,
     **{workload: partial(_like_labs, workload) for workload in _LIKE_LABS},
+    "slow": _slow,
     "programs-10": partial(_kinds, "programs-10"),
     "squeeze": _squeeze,
     "transport": _transport,
