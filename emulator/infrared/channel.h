@@ -73,6 +73,10 @@ class Channel {
         next_begin_[robot] = std::min(next_begin_[robot], at);
     }
 
+    /// A robot is about to fail, between two steps; has failed: it may be deaf or mute now.
+    virtual void settle(uint32_t /*robot*/) {}
+    virtual void failed(uint32_t /*robot*/) {}
+
     /// A frame of an overhead controller begins at `at`, not before the current step: light on all
     /// robots. It yields to nobody, and does not overlap its own frames.
     virtual void shine_from_above(const message_t &message, Cycles at) = 0;

@@ -59,6 +59,11 @@ void KilobotChannel::boot(Cycles now) {
         next_begin_[robot] = kind_of(robot).next_begin(robot);
 }
 
+void KilobotChannel::failed(uint32_t robot) {
+    in_flight_.station(robot).is_deaf = context_.robots[robot].is_deaf();
+    in_flight_.station(robot).is_mute = context_.robots[robot].is_mute();
+}
+
 // Robots only: cells are counted by the grid.
 std::vector<FrameCounts> KilobotChannel::frames() const {
     std::vector<FrameCounts> counts;
@@ -179,6 +184,8 @@ Frame &KilobotChannel::begin_light(uint32_t sender, Cycles at, const message_t &
 // Receivers are found as robots stand at the begin of the step: within one they move by a small
 // part of their range.
 void KilobotChannel::shine_around_robot(Frame &frame) {
+    if (settings_.half_duplex) in_flight_.deafen(frame.sender);
+    if (in_flight_.station(frame.sender).is_mute) return;
     const Bodies &bodies = context_.bodies;
     const Eigen::Vector2d here = bodies.position(frame.sender);
     for (uint32_t other : bodies.lists().of(frame.sender)) {
@@ -188,11 +195,11 @@ void KilobotChannel::shine_around_robot(Frame &frame) {
             shine_on_robot(frame, other, distance);
     }
     for (Stations *kind : others_) kind->shine_from_robot(frame, here);
-    if (settings_.half_duplex) in_flight_.deafen(frame.sender);
 }
 
 // A frame that begins where there is light already collides with that, and spoils it.
 void KilobotChannel::shine_on_robot(Frame &frame, uint32_t robot, double distance_m) {
+    if (in_flight_.station(robot).is_deaf) return;
     Reached reached = {robot, static_cast<float>(distance_m * 1000), Fate::CLEAR};
     if (settings_.half_duplex && in_flight_.is_on_air(robot)) reached.fate = Fate::DEAF;
     if (settings_.collisions && !in_flight_.is_dark(robot)) {

@@ -57,6 +57,8 @@ class KilobotChannel final : public Channel {
     void assign(Stations &kind, uint32_t first, uint32_t count);
 
     void boot(Cycles now) override;
+    void settle(uint32_t robot) override { guests_.settle(robot); }
+    void failed(uint32_t robot) override;
     void shine_from_above(const message_t &message, Cycles at) override { above_.add(message, at); }
     Cycles next_from_above() const override { return above_.next(); }
     void run(Cycles begin, Cycles end, Cycles limit) override;

@@ -97,7 +97,7 @@ struct RobotRecord : GuestTime {
     /// Questions to the channel that a robot may wait for: whether its program is to be requested
     /// for a message, or whether the one that it wants to send finds the channel free.
     enum class Question : uint8_t { NONE, MAY_ASK, IS_CHANNEL_FREE };
-    /// STOPPED: its program crashed or never came back; it stays where it is.
+    /// STOPPED: its program crashed or never came back, or it died; it stays where it is.
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
 
     RobotRecord(RobotContext &of_all, Driver &of_group, uint32_t number,
@@ -134,6 +134,8 @@ struct RobotRecord : GuestTime {
     /// Up to only_ticks_until its program, whenever it is requested for a message, has none.
     bool has_no_message : 1 = false;
     bool may_ask_now : 1 = false;  ///< next_ask() is the time run up to: an interrupt is not over
+    bool is_deaf : 1 = false;      ///< its receiver has failed: its inbox stays empty
+    bool is_mute : 1 = false;      ///< its infrared LED has failed: nobody sees what it sends
     /// So many times running its program had no message when requested, up to QUIET.
     uint8_t nulls : 3 = 0;
     uint8_t noted = 0;  ///< Mistakes
@@ -173,6 +175,7 @@ struct RobotRecord : GuestTime {
         next_message = inbox_next < inbox.size() ? inbox[inbox_next].at : NEVER;
     }
     void forget_taken();  ///< those of its inbox
+    void empty_inbox();
     Cycles next_interrupt() const { return std::min(next_message, next_tick); }
     bool ticks_are_ordinary() const { return core.transmit.increment == TICK_MATCH; }
     timer_matches_t next_matches() const {
@@ -193,7 +196,7 @@ struct RobotRecord : GuestTime {
         // Most come in order, and after the first one nothing else of the robot has to be looked
         // at.
         if (inbox.empty()) {
-            if (life == Life::STOPPED) return;
+            if (life == Life::STOPPED || is_deaf) return;
             next_message = at;
         } else if (at < inbox.back().at) {
             return receive_before_others(at, message, distance);
@@ -221,6 +224,8 @@ struct RobotRecord : GuestTime {
     void note(uint8_t mistake, std::string text, CodePath code = {});  ///< once each
     /// Its program failed. Its driver frees what only a running program needs.
     void stop(EventKind kind, std::string text, CodePath code = {});
+    void deafen();  ///< its receiver fails now
+    void die();     ///< it stops for good, with its LED off
 };
 
 }  // namespace kilotwin

@@ -87,11 +87,13 @@ Simulation::Simulation(const SimulationDef &def)
                def.recalls_passes},
       boards_(robots_, context_),
       commands_(def.commands, run_at_),
+      faults_(def.faults, run_at_),
       wake_(count_robots(def), 0) {
     if (wake_.empty()) throw EngineError("there is no robot");
     if (!def.lab.empty() && def.lab.size() != wake_.size())
         throw EngineError("a lab has as many robots as there are, or none");
     create_robots();
+    for (const RobotFault &fault : def.faults) index_of(fault.robot);
     if (def.grid)
         grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
                       !def.kilobot_medium, def.run_ahead, &boards_);

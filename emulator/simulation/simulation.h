@@ -86,6 +86,7 @@ struct SimulationDef {
     std::vector<LabRobot>
         lab;  ///< by index, one for each robot; empty: uid index + 1, the profile's duties
     std::vector<Command> commands;
+    std::vector<RobotFault> faults = {};
     /// From one sample to the next, from RUN on. Each is taken at the end of the world step in
     /// which it is due; of several that are due in one step only one is.
     uint32_t sample_ticks;
@@ -221,6 +222,8 @@ class Simulation {
 
     /// One world step; no robot is executed beyond `limit`.
     void step(Cycles limit);
+    void break_robots();  ///< those that are due to fail
+    void break_robot(const RobotFault &fault);
     void give_commands(Cycles until);
     /// Delivers a command at `at`, not earlier than now_, to the robots it is for.
     void give(const Command &command, Cycles at);
@@ -258,7 +261,8 @@ class Simulation {
     std::vector<std::unique_ptr<Driver>> drivers_;     ///< by group
     Swarm<Robot> robots_;                              ///< by index; those on boards too
     Boards boards_;                                    ///< empty without chips
-    Commands commands_;                                ///< of the definition, those to come
+    Schedule<Command> commands_;                       ///< of the definition, those to come
+    Schedule<RobotFault> faults_;                      ///< likewise
     std::optional<Bodies> bodies_;                     ///< always there once created
     std::optional<FloorSensing> floor_;                ///< likewise; may sense nothing
     std::optional<Grid> grid_;                         ///< only with a Kilogrid

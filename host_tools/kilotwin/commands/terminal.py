@@ -141,6 +141,7 @@ def summary_text(summary: dict[str, Any]) -> str:
     ]
     rows = [("robots", _states_text(summary["states"])), *_resting_rows(summary)]
     rows += _failed_rows(summary)
+    rows += _fault_rows(summary)
     rows += _metric_rows(summary)
     rows += _print_rows(summary)
     rows += _environment_rows(summary)
@@ -176,6 +177,13 @@ def _resting_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
 def _failed_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     failed = {event["robot"] for event in summary["robots_failed"]}
     return [("failed", f"{len(failed)} of {summary['robots']} robots: see below")] if failed else []
+
+
+def _fault_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Robots that failed because [[faults.robot]] says so: `2 dead, 1 stuck`."""
+    faults = summary.get("faults", {})
+    told = ", ".join(f"{number} {kind}" for kind, number in sorted(faults.items()))
+    return [("faults of robots", told)] if told else []
 
 
 def _print_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:

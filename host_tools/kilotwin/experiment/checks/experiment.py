@@ -21,6 +21,7 @@ from kilotwin.experiment.checks.crowds import crowded
 from kilotwin.experiment.checks.grid import Problem, grid_problems, within_the_run
 from kilotwin.experiment.checks.metric import metric_problems
 from kilotwin.experiment.checks.object import object_problems, poses_in_objects
+from kilotwin.experiment.checks.robot_fault import robot_fault_problems
 from kilotwin.experiment.checks.robots import uids_text
 from kilotwin.experiment.checks.step import step_problems
 from kilotwin.experiment.schema.experiment import Command, Cpu, ExperimentSchema, Robots
@@ -103,6 +104,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
         yield from _command(("command", index), command, robots)
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
     yield from step_problems(experiment, robots)
+    yield from robot_fault_problems(experiment, robots)
     yield from metric_problems(experiment)
     if experiment.expect:
         from kilotwin.experiment.checks.expect import expect_problems

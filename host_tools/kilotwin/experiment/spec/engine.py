@@ -14,6 +14,7 @@ from kilotwin.experiment.spec.block import ALL_ROBOTS, Message
 from kilotwin.experiment.spec.informed import informed_ranges
 from kilotwin.experiment.spec.objects import object_spec
 from kilotwin.experiment.spec.overhead import DUTIES, RUN, TimedMessage, timed
+from kilotwin.experiment.spec.robot_faults import robot_faults
 from kilotwin.experiment.spec.start_poses import starts
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.units import ticks
@@ -100,6 +101,7 @@ def engine_spec(
         ],
         "lab": _lab(experiment, profile),
         "commands": commands(experiment, waits=waits),
+        "faults": robot_faults(experiment),
         "grid": None if keys.grid is None else _grid(experiment, module_guest),
         "lead_ticks": lead_ticks,
         "sample_ticks": sample_ticks,
