@@ -30,9 +30,10 @@ void IdealChannel::lists_changed() {
 }
 
 // One with a wrong CRC is light all the same, but with this medium light disturbs nobody.
-void IdealChannel::shine_from_above(const message_t &message, Cycles at) {
+void IdealChannel::shine_from_above(const message_t &message, Cycles at, uint32_t controller) {
     counts_.above_sent++;
-    if (crc_is_right(message)) insert_by_time(from_above_, {at + FRAME_CYCLES, message, {}});
+    if (crc_is_right(message))
+        insert_by_time(from_above_, {at + FRAME_CYCLES, message, controller});
 }
 
 Cycles IdealChannel::next_from_above() const {
@@ -42,9 +43,10 @@ Cycles IdealChannel::next_from_above() const {
 void IdealChannel::run(Cycles begin, Cycles end, Cycles /*limit*/) {
     begin_step(begin, end);
     for (; next_from_above() < end; from_above_.pop_front()) {
-        const Reception &frame = from_above_.front();
+        const FromAbove &frame = from_above_.front();
         for (auto &robot : context_.robots) {
-            if (robot.is_deaf()) continue;
+            if (!is_covered(robot.index(), frame.controller) || robot.is_deaf()) continue;
+            counts_.above_reached++;
             robot.receive(frame.at, frame.message, {});
             order(robot.index(), frame.at);
             counts_.above_received++;

@@ -19,10 +19,10 @@ KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &c
     : Channel(context),
       settings_(settings),
       receiver_(settings, context.chance, context.robots),
-      in_flight_(context.robots.size() + others + 1),
+      in_flight_(context.robots.size() + others + controllers()),
       carrier_sense_(settings.carrier_sense, settings.held_busy, in_flight_),
       guests_(*this, context, receiver_, runs_past_requests, std::move(ran_ahead)),
-      above_(*this, static_cast<uint32_t>(context.robots.size()) + others) {
+      above_(*this, static_cast<uint32_t>(context.robots.size()) + others, controllers()) {
     const auto robots = static_cast<uint32_t>(context.robots.size());
     for (uint32_t robot = 0; robot < robots; robot++) {
         const double spread =
@@ -32,7 +32,7 @@ KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &c
         in_flight_.station(robot).heeds_light = context.robots[robot].heeds_light();
     }
     assign(guests_, 0, robots);
-    assign(above_, robots + others, 1);
+    assign(above_, robots + others, controllers());
 }
 
 double KilobotChannel::reach_m(const Settings &settings) {

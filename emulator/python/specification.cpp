@@ -439,6 +439,7 @@ SimulationDef definition_of(const nb::dict &from) {
     def.groups = groups_of(spec["groups"].as<nb::list>());
     def.lab = lab_of(spec["lab"].as<nb::list>());
     def.commands = commands_of(spec["commands"].as<nb::list>());
+    def.overhead = sites_of(spec["overhead"].as<nb::list>());
     def.faults = robot_faults_of(spec["faults"].as<nb::list>());
     if (!spec["grid"].is_none()) def.grid = grid_of(spec["grid"].table());
     spec.read("lead_ticks", def.lead_ticks);

@@ -123,6 +123,12 @@ void Simulation::give(const Command &command, Cycles at) {
     }
 }
 
+void Simulation::shine_from_above(const message_t &message, Cycles at, uint32_t controller) {
+    if (controller >= channel_->controllers())
+        throw EngineError("there is no overhead controller " + std::to_string(controller));
+    channel_->shine_from_above(message, std::max(at, now_), controller);
+}
+
 void Simulation::place(size_t robot, const Pose &pose) {
     const uint32_t index = index_of(robot);
     if (!bodies_->has_room(index, pose.position))

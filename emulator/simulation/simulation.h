@@ -87,6 +87,8 @@ struct SimulationDef {
         lab;  ///< by index, one for each robot; empty: uid index + 1, the profile's duties
     std::vector<Command> commands;
     std::vector<RobotFault> faults = {};
+    /// What each overhead controller covers; empty: there is one, over all robots.
+    std::vector<Region> overhead = {};
     /// From one sample to the next, from RUN on. Each is taken at the end of the world step in
     /// which it is due; of several that are due in one step only one is.
     uint32_t sample_ticks;
@@ -148,11 +150,9 @@ class Simulation {
     void turn(size_t robot, double heading);
 
     /// A frame of an overhead controller begins at `at`, or now if that is over: light on all
-    /// robots. On the Kilobot medium it meets their own (infrared/light_from_above.h), with the
+    /// robots that it covers. EngineError if there is no such controller. On the Kilobot medium it meets their own (infrared/light_from_above.h), with the
     /// ideal one all robots receive it if its CRC is right.
-    void shine_from_above(const message_t &message, Cycles at) {
-        channel_->shine_from_above(message, std::max(at, now_));
-    }
+    void shine_from_above(const message_t &message, Cycles at, uint32_t controller = 0);
 
     /// Ambient light from now on, as a reading; and what a lamp of the definition adds right below
     /// it. EngineError if there is no such lamp.

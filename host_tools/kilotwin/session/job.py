@@ -40,10 +40,17 @@ class Serving:
     dispatcher_link: Path | None = None
     poses: "Address | None" = None
 
-    @property
-    def links(self) -> list[Path]:
+    def ohc_links(self, experiment: Experiment) -> list[Path | None]:
+        """A name for each overhead controller's port: of several, `ohc-1`, `ohc-2` and so on."""
+        number, link = len(experiment.keys.overhead), self.ohc_link
+        if number < 2 or link is None:
+            return [link] * max(number, 1)
+        return [link.with_name(f"{link.name}-{one}") for one in range(1, number + 1)]
+
+    def links(self, experiment: Experiment) -> list[Path]:
         """Names for ports, as far as they are given."""
-        return [link for link in (self.ohc_link, self.dispatcher_link) if link is not None]
+        links = [*self.ohc_links(experiment), self.dispatcher_link]
+        return [link for link in links if link is not None]
 
     def check(self, experiment: Experiment) -> None:
         """InputError if the experiment has no such table."""

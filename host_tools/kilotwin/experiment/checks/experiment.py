@@ -15,6 +15,7 @@ from kilotwin.experiment.checks.arena import (
     in_doubt,
     narrow,
     pose_problems,
+    shape_problems,
 )
 from kilotwin.experiment.checks.controller import controller_problems, informed_problems
 from kilotwin.experiment.checks.crowds import crowded
@@ -98,6 +99,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     yield from _medium(experiment)
     yield from _start(experiment)
     yield from _environment(experiment)
+    yield from _overhead(experiment)
     yield from grid_problems(experiment)
     robots = uids_there(experiment)
     for index, command in enumerate(experiment.command or []):
@@ -312,6 +314,18 @@ def _environment(experiment: ExperimentSchema) -> Iterator[Problem]:
     if swarm_size(experiment) > last:
         what = f"words reach robots 1 to {last}; take fewer robots, or remove [environment]"
         yield Problem(what, (("environment",),))
+
+
+def _overhead(experiment: ExperimentSchema) -> Iterator[Problem]:
+    for index, controller in enumerate(experiment.overhead):
+        path: KeyPath = ("overhead", index)
+        yield from shape_problems(path, controller)
+        if controller.centre_m is None and controller.shape != "polygon":
+            what = "[[overhead]] lacks 'centre_m', the place below it; add centre_m = [0.0, 0.0]"
+            yield Problem(what, (path,))
+        if experiment.grid is not None:
+            what = "on a grid the cells speak to robots; remove [[overhead]], or [grid]"
+            yield Problem(what, (path, ("grid",)))
 
 
 def _start(experiment: ExperimentSchema) -> Iterator[Problem]:
