@@ -19,7 +19,8 @@ class ServedOverhead(EachTick):
     def __init__(
         self, simulation: "Simulation", link: Path | None, number: int = 0, later_s: float = 0.0
     ) -> None:
-        """`link`: a name for the port, or none; InputError if it cannot be. `later_s`: phase_s()."""
+        """`link`: a name for the port, or none; InputError if it cannot be. `later_s`: its
+        phase_s()."""
         self._simulation, self._number, self._later_s = simulation, number, later_s
         self._controller = EmulatedOverhead()
         self._terminal = PseudoTerminal(link, "--link-ohc")
