@@ -1,10 +1,12 @@
-"""Makes the pictures that README and the documents show of the paper's experiment anew, of one run:
-map.png, timeline.png, run.gif and viewer.png in docs/images.
+"""Makes pictures that README and the documents show anew, in docs/images: of a run of the paper's
+experiment map.png, timeline.png, run.gif and viewer.png; of docs/class.md class-timeline.png and
+class-map.png.
 
     .venv/bin/python -m tests.pictures
 """
 
 import os
+import re
 import subprocess
 import tempfile
 from pathlib import Path
@@ -27,6 +29,21 @@ def main() -> None:
         kilotwin("plot", "timeline", run, "-o", IMAGES / "timeline.png")
         kilotwin("plot", "video", run, "-o", IMAGES / "run.gif", *VIDEO)
         photograph(run, IMAGES / "viewer.png")
+        teach(Path(scratch))
+
+
+def teach(scratch: Path) -> None:
+    """The pictures of docs/class.md, by its commands."""
+    experiment, program = scratch / "homework/spread.toml", scratch / "homework/spread.c"
+    kilotwin("new", scratch / "homework", "--from", "git+https://example.org/kilotwin.git")
+    walks = program.read_text()
+    program.write_text(re.sub(r"^ *(spinup_motors|set_motors)\(.*\n", "", walks, flags=re.M))
+    kilotwin("run", experiment, "--out", scratch / "standing")
+    kilotwin("plot", "timeline", scratch / "standing", "-o", IMAGES / "class-timeline.png")
+    program.write_text(walks)
+    mute = 'faults.robot=[{kind="mute", at_s=0, share=0.5}]'
+    kilotwin("run", experiment, "--set", mute, "--out", scratch / "mute")
+    kilotwin("plot", "map", scratch / "mute", "-o", IMAGES / "class-map.png")
 
 
 def kilotwin(*words: Path | str) -> None:

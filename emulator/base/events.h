@@ -11,13 +11,14 @@ namespace kilotwin {
 
 /// NOTE marks what a program's author cannot want, or what the emulator does not do; BUSY_WAIT a
 /// wait that costs much, UNDEFINED what the C standard leaves undefined, of a program that was
-/// built to look. After these and PRINT the robot goes on; the others park it.
-enum class EventKind { PRINT, NOTE, BUSY_WAIT, ENDLESS, CRASH, STACK_OVERFLOW, UNDEFINED };
+/// built to look. FAULT is a failure of the robot that the experiment asked for. After these and
+/// PRINT the program goes on, unless the robot is dead; the others park it.
+enum class EventKind { PRINT, NOTE, BUSY_WAIT, ENDLESS, CRASH, STACK_OVERFLOW, UNDEFINED, FAULT };
 
 /// The kind's name in the run folder.
 inline const char *name_of(EventKind kind) {
-    static const char *const NAMES[] = {"print", "note",           "busy_wait",          "endless",
-                                        "crash", "stack_overflow", "undefined_behaviour"};
+    static const char *const NAMES[] = {"print", "note",           "busy_wait",           "endless",
+                                        "crash", "stack_overflow", "undefined_behaviour", "fault"};
     return NAMES[static_cast<int>(kind)];
 }
 

@@ -15,6 +15,7 @@
 #include "base/clock.h"
 #include "base/prefetch.h"
 #include "physics/bodies.h"
+#include "physics/region.h"
 #include "robots/robot.h"
 
 namespace kilotwin {
@@ -36,6 +37,7 @@ struct ChannelCounts {
     uint64_t lost = 0;                ///< lost at a receiver by chance
     uint64_t above_sent = 0;          ///< by an overhead controller; in none of those before
     uint64_t above_received = 0;      ///< of these, at robots
+    uint64_t above_reached = 0;       ///< robots that their light fell on, received or not
 };
 
 /// Shared by a channel and the simulation; all of it must live on.
@@ -46,6 +48,8 @@ struct ChannelContext {
     std::vector<Emission> &emissions;  ///< the robots' context has the same
     Cycles step;                       ///< length of a world step
     bool run_ahead;                    ///< false: robots are executed tick by tick
+    /// What each overhead controller covers; empty: there is one, over all robots.
+    const std::vector<Region> &overhead;
 };
 
 class Channel {
@@ -73,9 +77,13 @@ class Channel {
         next_begin_[robot] = std::min(next_begin_[robot], at);
     }
 
+    /// A robot is about to fail, between two steps; has failed: it may be deaf or mute now.
+    virtual void settle(uint32_t /*robot*/) {}
+    virtual void failed(uint32_t /*robot*/) {}
+
     /// A frame of an overhead controller begins at `at`, not before the current step: light on all
-    /// robots. It yields to nobody, and does not overlap its own frames.
-    virtual void shine_from_above(const message_t &message, Cycles at) = 0;
+    /// robots that it covers. It yields to nobody, and does not overlap its own frames.
+    virtual void shine_from_above(const message_t &message, Cycles at, uint32_t controller) = 0;
 
     /// When the next of these frames may first matter to a robot; NEVER without one.
     virtual Cycles next_from_above() const = 0;
@@ -107,6 +115,16 @@ class Channel {
 
     /// By robot.
     virtual std::vector<FrameCounts> frames() const = 0;
+
+    /// Whether the light of an overhead controller falls on a robot where it is.
+    bool is_covered(uint32_t robot, uint32_t controller) const {
+        const auto &regions = context_.overhead;
+        return regions.empty() || regions[controller].contains(context_.bodies.position(robot));
+    }
+    /// How many there are, one at least.
+    uint32_t controllers() const {
+        return std::max(1u, static_cast<uint32_t>(context_.overhead.size()));
+    }
 
   protected:
     void begin_step(Cycles begin, Cycles end);

@@ -141,6 +141,10 @@ bool GuestRobots::run_tentatively(uint32_t index) {
     return true;
 }
 
+void GuestRobots::settle(uint32_t robot) {
+    if (channel_.in_flight().station(robot).is_tentative) end_tentative_run(robot);
+}
+
 /// It was right. Returns when the robot may next begin a frame.
 Cycles GuestRobots::end_tentative_run(uint32_t index) {
     channel_.in_flight().station(index).is_tentative = false;

@@ -58,6 +58,7 @@ class GuestRobots final : public Stations {
 
     double range_m(uint32_t robot) const override;
     Cycles next_begin(uint32_t robot) const override;
+    void settle(uint32_t robot);  ///< as Channel's
     void shine(Frame &frame) override;
     void sensed(const Frame &frame, bool busy) override;
     void gave_up(const Frame &frame) override;

@@ -30,9 +30,10 @@ void IdealChannel::lists_changed() {
 }
 
 // One with a wrong CRC is light all the same, but with this medium light disturbs nobody.
-void IdealChannel::shine_from_above(const message_t &message, Cycles at) {
+void IdealChannel::shine_from_above(const message_t &message, Cycles at, uint32_t controller) {
     counts_.above_sent++;
-    if (crc_is_right(message)) insert_by_time(from_above_, {at + FRAME_CYCLES, message, {}});
+    if (crc_is_right(message))
+        insert_by_time(from_above_, {at + FRAME_CYCLES, message, controller});
 }
 
 Cycles IdealChannel::next_from_above() const {
@@ -42,8 +43,10 @@ Cycles IdealChannel::next_from_above() const {
 void IdealChannel::run(Cycles begin, Cycles end, Cycles /*limit*/) {
     begin_step(begin, end);
     for (; next_from_above() < end; from_above_.pop_front()) {
-        const Reception &frame = from_above_.front();
+        const FromAbove &frame = from_above_.front();
         for (auto &robot : context_.robots) {
+            if (!is_covered(robot.index(), frame.controller) || robot.is_deaf()) continue;
+            counts_.above_reached++;
             robot.receive(frame.at, frame.message, {});
             order(robot.index(), frame.at);
             counts_.above_received++;
@@ -124,6 +127,7 @@ void IdealChannel::send(const Emission &emission) {
     frames_of_[sender].sent++;
     CheckedMessage &message = senders_[sender].message;
     message.say(emission.message);
+    if (context_.robots[sender].is_mute()) return;
     if (!others_.empty()) {
         Frame frame = {};
         frame.begin = emission.at;
@@ -138,6 +142,7 @@ void IdealChannel::send(const Emission &emission) {
     }
     const Cycles at = received_at(emission.at);
     for (const auto &receiver : receivers_of(sender)) {
+        if (context_.robots[receiver.robot].is_deaf()) continue;
         auto gain = static_cast<int16_t>(std::min<uint16_t>(receiver.distance_mm, INT16_MAX));
         context_.robots[receiver.robot].receive(at, emission.message, {gain, gain});
         frames_of_[receiver.robot].received++;
@@ -148,6 +153,7 @@ void IdealChannel::send(const Emission &emission) {
 // A cell's frame: the grid has found that the robot is in range.
 void IdealChannel::deliver(uint32_t robot, Cycles begin, const message_t &message,
                            int16_t distance_mm) {
+    if (context_.robots[robot].is_deaf()) return;
     context_.robots[robot].receive(received_at(begin), message, {distance_mm, distance_mm});
     frames_of_[robot].received++;
     counts_.received++;

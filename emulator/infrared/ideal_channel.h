@@ -34,8 +34,9 @@ class IdealChannel final : public Channel {
 
     void boot(Cycles now) override;
     void lists_changed() override;
-    /// Received by all robots when it ends, as their own frames are. Dropped if its CRC is wrong.
-    void shine_from_above(const message_t &message, Cycles at) override;
+    /// Received by all robots that it covers when it ends, as their own frames are, also while
+    /// another controller's is on air. Dropped if its CRC is wrong.
+    void shine_from_above(const message_t &message, Cycles at, uint32_t controller) override;
     Cycles next_from_above() const override;
     void run(Cycles begin, Cycles end, Cycles limit) override;
     Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) override;
@@ -66,6 +67,13 @@ class IdealChannel final : public Channel {
     };
     static_assert(sizeof(Sender) == sizeof(CacheLine) / 2);
 
+    /// A frame of an overhead controller, and when it ends.
+    struct FromAbove {
+        Cycles at;
+        message_t message;
+        uint32_t controller;
+    };
+
     void plan_frames(uint32_t robot);
     void prefetch_after(const std::vector<PlannedFrame> &frames, size_t i) const;
     /// Reaches the receivers, if its CRC is right.
@@ -79,7 +87,7 @@ class IdealChannel final : public Channel {
     ReceiversInRange in_range_;           ///< finds and keeps receivers
     PlannedFrames frames_;                ///< sent, not yet received
     StepSorter<PlannedFrame> sorter_;     ///< of the frames of a step
-    std::deque<Reception> from_above_;    ///< frames that end later, in order of time
+    std::deque<FromAbove> from_above_;    ///< frames that end later, in order of time
 };
 
 }  // namespace kilotwin

@@ -19,10 +19,10 @@ KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &c
     : Channel(context),
       settings_(settings),
       receiver_(settings, context.chance, context.robots),
-      in_flight_(context.robots.size() + others + 1),
+      in_flight_(context.robots.size() + others + controllers()),
       carrier_sense_(settings.carrier_sense, settings.held_busy, in_flight_),
       guests_(*this, context, receiver_, runs_past_requests, std::move(ran_ahead)),
-      above_(*this, static_cast<uint32_t>(context.robots.size()) + others) {
+      above_(*this, static_cast<uint32_t>(context.robots.size()) + others, controllers()) {
     const auto robots = static_cast<uint32_t>(context.robots.size());
     for (uint32_t robot = 0; robot < robots; robot++) {
         const double spread =
@@ -32,7 +32,7 @@ KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &c
         in_flight_.station(robot).heeds_light = context.robots[robot].heeds_light();
     }
     assign(guests_, 0, robots);
-    assign(above_, robots + others, 1);
+    assign(above_, robots + others, controllers());
 }
 
 double KilobotChannel::reach_m(const Settings &settings) {
@@ -57,6 +57,11 @@ void KilobotChannel::boot(Cycles now) {
     Channel::boot(now);
     for (uint32_t robot = 0; robot < next_begin_.size(); robot++)
         next_begin_[robot] = kind_of(robot).next_begin(robot);
+}
+
+void KilobotChannel::failed(uint32_t robot) {
+    in_flight_.station(robot).is_deaf = context_.robots[robot].is_deaf();
+    in_flight_.station(robot).is_mute = context_.robots[robot].is_mute();
 }
 
 // Robots only: cells are counted by the grid.
@@ -179,6 +184,8 @@ Frame &KilobotChannel::begin_light(uint32_t sender, Cycles at, const message_t &
 // Receivers are found as robots stand at the begin of the step: within one they move by a small
 // part of their range.
 void KilobotChannel::shine_around_robot(Frame &frame) {
+    if (settings_.half_duplex) in_flight_.deafen(frame.sender);
+    if (in_flight_.station(frame.sender).is_mute) return;
     const Bodies &bodies = context_.bodies;
     const Eigen::Vector2d here = bodies.position(frame.sender);
     for (uint32_t other : bodies.lists().of(frame.sender)) {
@@ -188,11 +195,11 @@ void KilobotChannel::shine_around_robot(Frame &frame) {
             shine_on_robot(frame, other, distance);
     }
     for (Stations *kind : others_) kind->shine_from_robot(frame, here);
-    if (settings_.half_duplex) in_flight_.deafen(frame.sender);
 }
 
 // A frame that begins where there is light already collides with that, and spoils it.
 void KilobotChannel::shine_on_robot(Frame &frame, uint32_t robot, double distance_m) {
+    if (in_flight_.station(robot).is_deaf) return;
     Reached reached = {robot, static_cast<float>(distance_m * 1000), Fate::CLEAR};
     if (settings_.half_duplex && in_flight_.is_on_air(robot)) reached.fate = Fate::DEAF;
     if (settings_.collisions && !in_flight_.is_dark(robot)) {

@@ -14,8 +14,8 @@
 /// The cells of a Kilogrid are stations too (hardware.md 3.4): robots near a cell receive its
 /// frames, and a module receives from robots near the one cell that it listens to. A module listens
 /// before it sends, is deaf while it sends, and its cells do not receive one another
-/// (grid/cell_stations.h). So are beacons in objects (infrared/beacons.h), and an overhead
-/// controller, which does not listen (infrared/light_from_above.h).
+/// (grid/cell_stations.h). So are beacons in objects (infrared/beacons.h), and overhead
+/// controllers, which do not listen (infrared/light_from_above.h).
 #ifndef KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 #define KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 
@@ -57,7 +57,11 @@ class KilobotChannel final : public Channel {
     void assign(Stations &kind, uint32_t first, uint32_t count);
 
     void boot(Cycles now) override;
-    void shine_from_above(const message_t &message, Cycles at) override { above_.add(message, at); }
+    void settle(uint32_t robot) override { guests_.settle(robot); }
+    void failed(uint32_t robot) override;
+    void shine_from_above(const message_t &message, Cycles at, uint32_t controller) override {
+        above_.add(message, at, controller);
+    }
     Cycles next_from_above() const override { return above_.next(); }
     void run(Cycles begin, Cycles end, Cycles limit) override;
     Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) override;

@@ -1,12 +1,15 @@
-/// An overhead controller as a station of the Kilobots' channel: light on all robots, from above.
+/// Overhead controllers as stations of the Kilobots' channel: light on the robots that each covers,
+/// from above.
 ///
-/// It does not listen before it sends (hardware.md 1.11), so its frames collide with robots' at
-/// each receiver, are missed by robots that send, and make robots put off sending as any light
-/// does. Cells of a grid do not see it. The host says what it sends, and when.
+/// They do not listen before they send (hardware.md 1.11), so that their frames collide with
+/// robots' and with one another's at each receiver, are missed by robots that send, and make robots
+/// put off sending as any light does. Cells of a grid do not see them. The host says what they
+/// send, and when.
 #ifndef KILOTWIN_INFRARED_LIGHT_FROM_ABOVE_H
 #define KILOTWIN_INFRARED_LIGHT_FROM_ABOVE_H
 
 #include <deque>
+#include <vector>
 
 #include "infrared/station.h"
 #include "message.h"
@@ -15,19 +18,21 @@ namespace kilotwin {
 
 class KilobotChannel;
 
-/// One per Kilobot channel: one station, behind all others. Time O(robots) per frame.
+/// One per Kilobot channel: as many stations as there are controllers, behind all others. Time
+/// O(robots) per frame.
 class LightFromAbove final : public Stations {
   public:
-    /// `channel` must live on. Station `station` is this one.
-    LightFromAbove(KilobotChannel &channel, uint32_t station)
+    /// `channel` must live on. Stations from `first` on are these.
+    LightFromAbove(KilobotChannel &channel, uint32_t first, uint32_t controllers)
         : channel_(channel),
-          station_(station) {}
+          first_(first),
+          controllers_(controllers) {}
 
-    /// A frame is to begin at `at`; later, if the one before is still on air then.
-    void add(const message_t &message, Cycles at);
+    /// A frame of a controller is to begin at `at`; later, if the one before is still on air then.
+    void add(const message_t &message, Cycles at, uint32_t controller);
 
     /// When the next frame begins that has not begun; NEVER without one.
-    Cycles next() const;
+    Cycles next() const { return controllers_[soonest()].next(); }
 
     /// Starts the next frame.
     void begin_next();
@@ -42,12 +47,19 @@ class LightFromAbove final : public Stations {
         Cycles at;  ///< when it is to begin
         message_t message;
     };
+    struct Controller {
+        std::deque<Waiting> waiting = {};  ///< frames that have not begun, in order of time
+        Cycles free_at = 0;                ///< when the last one that has begun is over
+
+        Cycles next() const;  ///< NEVER without one
+    };
+
+    size_t soonest() const;  ///< the controller that begins next, the first of several
 
     KilobotChannel &channel_;
-    uint32_t station_;
-    std::deque<Waiting> waiting_;  ///< frames that have not begun, in order of time
-    Cycles free_at_ = 0;           ///< when the last one that has begun is over
-    uint64_t begun_ = 0;           ///< so many have
+    uint32_t first_;
+    std::vector<Controller> controllers_;  ///< one at least
+    uint64_t begun_ = 0;                   ///< so many frames have
 };
 
 }  // namespace kilotwin

@@ -83,6 +83,13 @@ void Bodies::command(uint32_t robot, const MotorCommand &command) {
         next_contact_[robot] = std::min(next_contact_[robot], begin_of_step(at, step_));
 }
 
+// Its duties are ordered again, so that its drive is found anew.
+void Bodies::scale_motors(uint32_t robot, double left, double right) {
+    chassis_.scale_motors(robot, left, right);
+    const auto [left_duty, right_duty] = chassis_.duties(robot);
+    command(robot, {now_, left_duty, right_duty});
+}
+
 // Work that was done early for their sake stays done.
 void Bodies::take_back_commands(uint32_t robot, Cycles from) {
     auto &[list, next] = commands_[robot];

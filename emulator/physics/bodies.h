@@ -63,6 +63,9 @@ class Bodies {
     /// Goes to the end of the current step. O(robots).
     void step();
 
+    /// Multiplies the speeds of a robot's motors for good, from now on.
+    void scale_motors(uint32_t robot, double left, double right);
+
     /// Prefetches what command() needs of a robot: three lines.
     void prefetch(uint32_t robot) const {
         prefetch_line(&trajectories_[robot]);

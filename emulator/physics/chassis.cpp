@@ -79,8 +79,13 @@ Drive Chassis::renew(uint32_t robot) {
     return drive(robot);
 }
 
+void Chassis::scale_motors(uint32_t robot, double left, double right) {
+    motors_[robot].share *= Eigen::Array2f(static_cast<float>(left), static_cast<float>(right));
+}
+
 Drive Chassis::drive(uint32_t robot) const {
     if (profile_.legs) return drive_on_legs(robot);
+    if ((motors_[robot].share == 0).all()) return {};
     const auto &duty = motors_[robot].pair.duty;
     const double left = duty[LEFT], right = duty[RIGHT];
     if (left == 0 && right == 0) return {};

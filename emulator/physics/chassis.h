@@ -51,6 +51,13 @@ class Chassis {
     /// Draws the next second's motor noise. Returns the drive that results.
     Drive renew(uint32_t robot);
 
+    /// Multiplies the speeds of a robot's motors for good, from when its duties are next set on; up
+    /// to the limit that all motors have. Wheels turn or not: they know 0 for both only.
+    void scale_motors(uint32_t robot, double left, double right);
+
+    /// Duties of its motors, left and right.
+    const std::array<uint8_t, 2> &duties(uint32_t robot) const { return motors_[robot].pair.duty; }
+
     /// Seconds up to `now` that a robot's motors were on while neither turned.
     double hummed_s(uint32_t robot, Cycles now) const { return motors_[robot].pair.hummed_s(now); }
 

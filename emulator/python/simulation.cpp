@@ -74,6 +74,7 @@ nb::dict to_python(const Statistics &statistics, double diameter_m) {
     out["frames_lost"] = statistics.medium.lost;
     out["frames_from_above"] = statistics.medium.above_sent;
     out["received_from_above"] = statistics.medium.above_received;
+    out["reached_from_above"] = statistics.medium.above_reached;
     out["solver_steps"] = statistics.solver_steps;
     out["island_steps"] = statistics.island_steps;
     out["list_rebuilds"] = statistics.list_rebuilds;
@@ -195,13 +196,14 @@ void register_stepping(Class &simulation) {
             nb::arg("robot"), nb::arg("heading_rad"), "Turn a robot where it stands.")
         .def(
             "shine",
-            [](PythonSimulation &self, const nb::bytes &frame, double after_s) {
+            [](PythonSimulation &self, const nb::bytes &frame, double after_s,
+               uint32_t controller) {
                 if (!(after_s >= 0)) throw EngineError("a frame cannot begin in the past");
                 const auto after = static_cast<Cycles>(after_s * double{CYCLES_PER_SECOND});
-                self.simulation().shine_from_above(frame_of(frame),
-                                                   self.simulation().now() + after);
+                self.simulation().shine_from_above(frame_of(frame), self.simulation().now() + after,
+                                                   controller);
             },
-            nb::arg("frame"), nb::arg("after_s"),
+            nb::arg("frame"), nb::arg("after_s"), nb::arg("controller") = 0,
             "An overhead controller's frame begins so much later: 12 bytes, CRC included.")
         .def(
             "set_ambient",

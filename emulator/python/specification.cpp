@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cstring>
 #include <iterator>
+#include <map>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -267,6 +269,25 @@ std::vector<SimulationDef::Command> commands_of(const nb::list &from) {
     return commands;
 }
 
+/// Failures of robots: tick, robot's index, kind, factors of its left and right motor.
+std::vector<RobotFault> robot_faults_of(const nb::list &from) {
+    static const std::map<std::string, RobotFault::Kind> KINDS = {
+        {"dead", RobotFault::Kind::DEAD},
+        {"deaf", RobotFault::Kind::DEAF},
+        {"mute", RobotFault::Kind::MUTE},
+        {"motors", RobotFault::Kind::MOTORS}};
+    std::vector<RobotFault> faults;
+    for (nb::handle item : from) {
+        const auto [tick, robot, name, left, right] =
+            nb::cast<std::tuple<int64_t, uint32_t, std::string, double, double>>(item);
+        const auto kind = KINDS.find(name);
+        if (kind == KINDS.end())
+            throw EngineError("a robot's fault is dead, deaf, mute or motors, not " + name);
+        faults.push_back({tick, robot, kind->second, left, right});
+    }
+    return faults;
+}
+
 /// Sites of a list, numbered from 1 in its order.
 std::vector<Region> sites_of(const nb::list &from) {
     std::vector<Region> sites;
@@ -418,6 +439,8 @@ SimulationDef definition_of(const nb::dict &from) {
     def.groups = groups_of(spec["groups"].as<nb::list>());
     def.lab = lab_of(spec["lab"].as<nb::list>());
     def.commands = commands_of(spec["commands"].as<nb::list>());
+    def.overhead = sites_of(spec["overhead"].as<nb::list>());
+    def.faults = robot_faults_of(spec["faults"].as<nb::list>());
     if (!spec["grid"].is_none()) def.grid = grid_of(spec["grid"].table());
     spec.read("lead_ticks", def.lead_ticks);
     def.light = light_of(spec["light"].table());

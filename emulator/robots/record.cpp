@@ -96,9 +96,24 @@ void RobotRecord::stop(EventKind kind, std::string text, CodePath code) {
     life = Life::STOPPED;
     if (left != 0 || right != 0) motor_commands.push_back({now, 0, 0});
     left = right = 0;
+    empty_inbox();
+}
+
+void RobotRecord::empty_inbox() {
     inbox.clear();
     inbox_next = 0;
     inbox_changed();
+}
+
+void RobotRecord::deafen() {
+    is_deaf = true;
+    empty_inbox();
+}
+
+void RobotRecord::die() {
+    stop(EventKind::FAULT, "dead");
+    question = Question::NONE;
+    color = 0;
 }
 
 void RobotRecord::note(uint8_t mistake, std::string text, CodePath code) {

@@ -99,7 +99,7 @@ struct RobotRecord : GuestTime {
     /// Questions to the channel that a robot may wait for: whether its program is to be requested
     /// for a message, or whether the one that it wants to send finds the channel free.
     enum class Question : uint8_t { NONE, MAY_ASK, IS_CHANNEL_FREE };
-    /// STOPPED: its program crashed or never came back; it stays where it is.
+    /// STOPPED: its program crashed or never came back, or it died; it stays where it is.
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
 
     RobotRecord(RobotContext &of_all, Driver &of_group, uint32_t number,
@@ -138,6 +138,8 @@ struct RobotRecord : GuestTime {
     bool may_ask_now : 1 = false;  ///< next_ask() is the time run up to: an interrupt is not over
     /// Though a tick's waits it lets no interrupt through before waits_past_tick is over.
     bool holds_interrupts : 1 = false;
+    bool is_deaf : 1 = false;      ///< its receiver has failed: its inbox stays empty
+    bool is_mute : 1 = false;      ///< its infrared LED has failed: nobody sees what it sends
     /// So many times running its program had no message when requested, up to QUIET.
     uint8_t nulls : 3 = 0;
     uint8_t noted = 0;  ///< Mistakes
@@ -177,6 +179,7 @@ struct RobotRecord : GuestTime {
         next_message = inbox_next < inbox.size() ? inbox[inbox_next].at : NEVER;
     }
     void forget_taken();  ///< those of its inbox
+    void empty_inbox();
     Cycles next_interrupt() const { return std::min(next_message, next_tick); }
     bool ticks_are_ordinary() const { return core.transmit.increment == TICK_MATCH; }
     timer_matches_t next_matches() const {
@@ -197,7 +200,7 @@ struct RobotRecord : GuestTime {
         // Most come in order, and after the first one nothing else of the robot has to be looked
         // at.
         if (inbox.empty()) {
-            if (life == Life::STOPPED) return;
+            if (life == Life::STOPPED || is_deaf) return;
             next_message = at;
         } else if (at < inbox.back().at) {
             return receive_before_others(at, message, distance);
@@ -225,6 +228,8 @@ struct RobotRecord : GuestTime {
     void note(uint8_t mistake, std::string text, CodePath code = {});  ///< once each
     /// Its program failed. Its driver frees what only a running program needs.
     void stop(EventKind kind, std::string text, CodePath code = {});
+    void deafen();  ///< its receiver fails now
+    void die();     ///< it stops for good, with its LED off
 };
 
 }  // namespace kilotwin

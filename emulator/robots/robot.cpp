@@ -42,6 +42,30 @@ void Robot::crash(Cycles at, uint32_t tick, std::string text, CodePath code) {
     record_.stop(EventKind::CRASH, std::move(text), std::move(code));
 }
 
+// Failures
+
+void Robot::die(Cycles at, uint32_t tick) {
+    record_.now = at;
+    record_.last_tick = tick;
+    record_.die();
+}
+
+void Robot::deafen(Cycles at, uint32_t tick) {
+    report_fault(at, tick, "deaf");
+    record_.deafen();
+}
+
+void Robot::mute(Cycles at, uint32_t tick) {
+    report_fault(at, tick, "mute");
+    record_.is_mute = true;
+}
+
+// A guest may have been run less far, and goes on from there.
+void Robot::report_fault(Cycles at, uint32_t tick, const char *what) {
+    record_.context->events.push_back(
+        {at, index(), tick, driver().name(), EventKind::FAULT, what, {}});
+}
+
 // Tentative runs
 
 void Robot::save(Saved &saved) const {

@@ -116,6 +116,15 @@ class alignas(64) Robot {
     void report(Cycles at, uint32_t tick, EventKind kind, std::string text);
     void crash(Cycles at, uint32_t tick, std::string text, CodePath code);
 
+    // Failures that an experiment asks for, between two steps. Each is an event.
+    void die(Cycles at, uint32_t tick);     ///< it stops for good, LED and motors off
+    void deafen(Cycles at, uint32_t tick);  ///< no message reaches it any more
+    void mute(Cycles at, uint32_t tick);    ///< none of its own reaches anybody
+    void report_fault(Cycles at, uint32_t tick, const char *what);  ///< of its motors
+    uint32_t last_tick() const { return record_.last_tick; }        ///< kilo_ticks, but of a board
+    bool is_deaf() const { return record_.is_deaf; }
+    bool is_mute() const { return record_.is_mute; }
+
     /// Converter reading of its battery, 0..1023.
     int16_t voltage(Cycles at) const { return record_.voltage(at); }
     /// Sets the readings of all sensors as they are at `at`.

@@ -1,4 +1,5 @@
-/// Messages from outside the channel, in order of time: [[command]] and the orders of tests.
+/// What happens to robots at given times: messages from outside the channel ([[command]] and the
+/// orders of tests), and failures ([[faults.robot]]).
 #ifndef KILOTWIN_SIMULATION_COMMANDS_H
 #define KILOTWIN_SIMULATION_COMMANDS_H
 
@@ -28,31 +29,43 @@ struct Command {
     bool is_everywhere() const { return !(radius_m < INFINITY); }
 };
 
-/// Commands that wait for their time. Of those of the same tick, the first given is the first sent.
-class Commands {
+/// The failure of a robot.
+struct RobotFault {
+    enum class Kind {
+        DEAD,   ///< it stops for good: LED and motors off, silent
+        DEAF,   ///< nothing that anybody sends it is received
+        MUTE,   ///< nothing that it sends is received
+        MOTORS  ///< their speeds are multiplied for good
+    };
+    int64_t tick;  ///< since RUN; it comes with the next world step
+    uint32_t robot;
+    Kind kind;
+    double left, right;  ///< of the motors: 0 and 0 for one that is stuck
+};
+
+/// Those that wait for their time. Of the same tick, the first given is the first.
+template <typename Timed> class Schedule {
   public:
     /// Ticks count from `run_at`.
-    Commands(std::vector<Command> commands, Cycles run_at)
-        : commands_(std::move(commands)),
-          run_at_(run_at) {
-        std::stable_sort(commands_.begin(), commands_.end(),
+    Schedule(std::vector<Timed> all, Cycles run_at) : all_(std::move(all)), run_at_(run_at) {
+        std::stable_sort(all_.begin(), all_.end(),
                          [](const auto &a, const auto &b) { return a.tick < b.tick; });
     }
 
     /// When the next one is due; NEVER if there is none.
-    Cycles next_at() const { return next_ < commands_.size() ? time_of(commands_[next_]) : NEVER; }
+    Cycles next_at() const { return next_ < all_.size() ? time_of(all_[next_]) : NEVER; }
 
-    /// Calls give(command, its time) for all that are due before `until`.
+    /// Calls give(it, its time) for all that are due before `until`.
     template <typename Give> void take(Cycles until, Give give) {
-        for (; next_at() < until; next_++) give(commands_[next_], next_at());
+        for (; next_at() < until; next_++) give(all_[next_], next_at());
     }
 
   private:
-    Cycles time_of(const Command &command) const {
-        return run_at_ + static_cast<Cycles>(command.tick) * TICK_CYCLES;  // negative ticks wrap
+    Cycles time_of(const Timed &one) const {
+        return run_at_ + static_cast<Cycles>(one.tick) * TICK_CYCLES;  // negative ticks wrap
     }
 
-    std::vector<Command> commands_;  ///< by tick
+    std::vector<Timed> all_;  ///< by tick
     Cycles run_at_;
     size_t next_ = 0;  ///< those before it have been taken
 };

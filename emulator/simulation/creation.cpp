@@ -80,9 +80,11 @@ Simulation::Simulation(const SimulationDef &def)
                def.recalls_passes},
       boards_(robots_, context_),
       commands_(def.commands, run_at_),
+      faults_(def.faults, run_at_),
       bodies_(create_bodies(create_robots())),
       floor_(def.floor, run_at_, step_, def_.arena, def.profile.radius_m, bodies_),
       wake_(robots_.size(), 0) {
+    for (const RobotFault &fault : def.faults) index_of(fault.robot);
     if (def.grid)
         grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
                       !def.kilobot_medium, def.run_ahead, &boards_);
@@ -195,7 +197,8 @@ void Simulation::create_kilobot_channel() {
     const auto beacons = static_cast<uint32_t>(def_.beacons.size());
     auto channel = std::make_unique<KilobotChannel>(
         *def_.kilobot_medium,
-        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead},
+        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead,
+                       def_.overhead},
         beacons + cells, !floor_.exists() && may_run_ahead(),
         [this](uint32_t robot, Cycles until) { ran_ahead(robot, until); });
     if (!boards_.empty())
@@ -223,7 +226,8 @@ void Simulation::create_ideal_channel() {
         throw EngineError("boards need the kilobot medium: the ideal one has no pulses");
     auto channel = std::make_unique<IdealChannel>(
         IdealChannel::Settings{def_.range_m, def_.line_of_sight, def_.profile.radius_m},
-        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead});
+        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead,
+                       def_.overhead});
     if (!def_.beacons.empty())
         stations_.push_back(
             std::make_unique<IdealBeacons>(def_.beacons, def_.range_m, *channel, chance_));

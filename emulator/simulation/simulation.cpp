@@ -56,8 +56,9 @@ void Simulation::note_work(bool goes_on) {
 
 void Simulation::step(Cycles limit) {
     const Cycles end = now_ + step_;
+    break_robots();
     give_commands(end);
-    const Cycles told = std::min(commands_.next_at(), channel_->next_light());
+    const Cycles told = std::min({commands_.next_at(), faults_.next_at(), channel_->next_light()});
     limit = std::min(limit, std::max(end, begin_of_step(told, step_)));
     if (bodies_.refresh_lists()) channel_->lists_changed();
     floor_.begin_step(now_);
@@ -72,6 +73,35 @@ void Simulation::step(Cycles limit) {
     steps_++;
     if (black_box_ != nullptr) black_box_->steps = steps_;
     floor_.end_step(now_);
+}
+
+/// No robot has been run beyond the begin of the step in which a failure is due; one that is due
+/// within it comes with the next.
+void Simulation::break_robots() {
+    faults_.take(now_ + 1, [this](const RobotFault &fault, Cycles) { break_robot(fault); });
+}
+
+void Simulation::break_robot(const RobotFault &fault) {
+    Robot &robot = robots_[fault.robot];
+    if (robot.stopped()) return;
+    channel_->settle(fault.robot);
+    const bool on_board = boards_.has(fault.robot);
+    const uint32_t tick = on_board ? boards_.board(fault.robot).tick() : robot.last_tick();
+    switch (fault.kind) {
+    case RobotFault::Kind::DEAD:
+        robot.die(now_, tick);
+        if (on_board) boards_.switch_off(fault.robot);
+        take_motor_commands(fault.robot);
+        break;
+    case RobotFault::Kind::DEAF: robot.deafen(now_, tick); break;
+    case RobotFault::Kind::MUTE: robot.mute(now_, tick); break;
+    case RobotFault::Kind::MOTORS:
+        robot.report_fault(now_, tick, fault.left == 0 && fault.right == 0 ? "stuck" : "drift");
+        bodies_.scale_motors(fault.robot, fault.left, fault.right);
+        floor_.disturb(fault.robot, now_);
+        break;
+    }
+    channel_->failed(fault.robot);
 }
 
 /// Hands out the commands before `until`.
@@ -91,6 +121,12 @@ void Simulation::give(const Command &command, Cycles at) {
         robot.receive_beside(at, command.message);
         channel_->order(index, at);
     }
+}
+
+void Simulation::shine_from_above(const message_t &message, Cycles at, uint32_t controller) {
+    if (controller >= channel_->controllers())
+        throw EngineError("there is no overhead controller " + std::to_string(controller));
+    channel_->shine_from_above(message, std::max(at, now_), controller);
 }
 
 void Simulation::place(size_t robot, const Pose &pose) {

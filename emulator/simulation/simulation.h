@@ -86,6 +86,9 @@ struct SimulationDef {
     std::vector<LabRobot>
         lab;  ///< by index, one for each robot; empty: uid index + 1, the profile's duties
     std::vector<Command> commands;
+    std::vector<RobotFault> faults = {};
+    /// What each overhead controller covers; empty: there is one, over all robots.
+    std::vector<Region> overhead = {};
     /// From one sample to the next, from RUN on. Each is taken at the end of the world step in
     /// which it is due; of several that are due in one step only one is.
     uint32_t sample_ticks;
@@ -147,11 +150,9 @@ class Simulation {
     void turn(size_t robot, double heading);
 
     /// A frame of an overhead controller begins at `at`, or now if that is over: light on all
-    /// robots. On the Kilobot medium it meets their own (infrared/light_from_above.h), with the
+    /// robots that it covers. EngineError if there is no such controller. On the Kilobot medium it meets their own (infrared/light_from_above.h), with the
     /// ideal one all robots receive it if its CRC is right.
-    void shine_from_above(const message_t &message, Cycles at) {
-        channel_->shine_from_above(message, std::max(at, now_));
-    }
+    void shine_from_above(const message_t &message, Cycles at, uint32_t controller = 0);
 
     /// Ambient light from now on, as a reading; and what a lamp of the definition adds right below
     /// it. EngineError if there is no such lamp.
@@ -226,6 +227,8 @@ class Simulation {
 
     /// One world step; no robot is executed beyond `limit`.
     void step(Cycles limit);
+    void break_robots();  ///< those that are due to fail
+    void break_robot(const RobotFault &fault);
     void give_commands(Cycles until);
     /// Delivers a command at `at`, not earlier than now_, to the robots it is for.
     void give(const Command &command, Cycles at);
@@ -263,7 +266,8 @@ class Simulation {
     std::vector<std::unique_ptr<Driver>> drivers_;     ///< by group
     Swarm<Robot> robots_;                              ///< by index; those on boards too
     Boards boards_;                                    ///< empty without chips
-    Commands commands_;                                ///< of the definition, those to come
+    Schedule<Command> commands_;                       ///< of the definition, those to come
+    Schedule<RobotFault> faults_;                      ///< likewise
     Bodies bodies_;                                    ///< of all robots, and of objects
     FloorSensing floor_;                               ///< may sense nothing
     std::optional<Grid> grid_;                         ///< only with a Kilogrid

@@ -12,6 +12,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "build/docs/source"
 
+# What the search needs of a browser on pages that are opened from a disk.
+WORKER = Path(__file__).with_name("iframe-worker.js")
+
 LINK = re.compile(r"(\]\()(?!\w+:)([^)#\s]+)(#[^)\s]*)?(\))")
 
 
@@ -28,6 +31,7 @@ def gather(root: Path, target: Path) -> None:
     FileNotFoundError for a link to nothing.
     """
     shutil.copytree(root / "docs/images", target / "images")
+    shutil.copy(WORKER, target)
     pages = {file: target / file.name for file in (root / "docs").glob("*.md")}
     pages |= {root / name: target / name for name in ("README.md", "CHANGELOG.md")}
     for file, page in pages.items():

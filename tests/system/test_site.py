@@ -56,6 +56,23 @@ def test_pages_load_nothing_from_elsewhere_and_search_finds(address: str) -> Non
     assert problems == []
 
 
+def test_the_search_finds_on_pages_that_are_opened_from_a_disk(site: Path) -> None:
+    problems: list[str] = []
+    with chromium() as browser, new_page(browser, problems) as page:
+        page.goto((site / "index.html").as_uri(), wait_until="load")
+        page.click(".md-search__input")
+        page.keyboard.type("assert_share", delay=20)
+        page.wait_for_selector(".md-search-result__item a[href*='testing']", state="attached")
+    assert problems == []
+
+
+def test_every_page_has_a_switch_for_dark_and_light(site: Path) -> None:
+    for name in ("index", "class", "troubleshooting"):
+        page = (site / f"{name}.html").read_text(encoding="utf-8")
+        assert 'data-md-color-scheme="slate"' in page
+        assert 'href="troubleshooting.html"' in page or name == "troubleshooting"
+
+
 def test_the_landing_page_shows_the_run_and_the_reference_its_names(site: Path) -> None:
     landing = (site / "index.html").read_text(encoding="utf-8")
     assert 'src="images/run.gif"' in landing

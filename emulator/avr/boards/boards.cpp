@@ -52,6 +52,17 @@ bool Boards::rest(Cycles until) {
     return true;
 }
 
+/// Its IR LED goes off, and its chip does nothing more.
+void Boards::switch_off(uint32_t robot) {
+    Place &dead = place(robot);
+    if (dead.lamp.on_since != NEVER) switch_lamp(dead.lamp, now_, false);
+    dead.failed = true;
+    dead.messages.clear();
+    dead.shows = false;
+    dead.board.switch_off();
+    robots_rest_[static_cast<size_t>(place_of_[robot])] = NEVER;
+}
+
 /// A chip that was left alone lags behind; passing over its wait up to now costs a division. What
 /// comes from outside may end the wait, so that it is executed in the next quantum.
 RobotBoard &Boards::up_to_date(Place &place) {

@@ -64,6 +64,9 @@ class Boards : public ModuleBoards {
     /// The same for any robot: EngineError if it does not exist, or has no board.
     RobotBoard &board_of(size_t robot);
 
+    /// A robot that has() one dies: its light goes off, and its chip does nothing more.
+    void switch_off(uint32_t robot);
+
     const RobotBoard &board(uint32_t robot) const {
         return const_cast<Boards *>(this)->place(robot).board;
     }

@@ -86,6 +86,7 @@ class RobotBoard : private Microcontroller::Board {
 
     /// Why the program cannot go on; empty while it can. "tick" in it counts from power-up.
     const std::string &failure() const { return chip_.failure(); }
+    void switch_off() { chip_.switch_off(); }  ///< for good
     /// Where that came about; empty without a failure.
     const CodePath &failure_code() const { return chip_.failure_code(); }
 

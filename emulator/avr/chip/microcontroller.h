@@ -105,6 +105,8 @@ class Microcontroller {
     /// Why the program cannot go on, with the program counter; empty: it can. After a failure run()
     /// does nothing.
     const std::string &failure() const { return failure_; }
+    /// It has no power any more: as after a failure.
+    void switch_off() { failure_ = "it is without power"; }
     /// Where that came about; empty without a failure.
     const CodePath &failure_code() const { return failure_code_; }
 

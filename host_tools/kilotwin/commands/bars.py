@@ -15,7 +15,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from kilotwin.commands.terminal import robots_now, sweep_now
+from kilotwin.commands.terminal import HowFar, robots_now, simulated, sweep_now
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.session.display import NO_VALUES, Values
 from kilotwin.units import seconds, ticks
@@ -61,8 +61,9 @@ class _Live:
 class Bar(_Live):
     """How far, how fast, how long still; and the robots per site."""
 
-    def __init__(self) -> None:
+    def __init__(self, how_far: HowFar = simulated) -> None:
         super().__init__(TextColumn("left"), TimeRemainingColumn())
+        self._how_far = how_far
         self._began = time.monotonic()
         self._duration_s = 0.0
 
@@ -83,8 +84,7 @@ class Bar(_Live):
         self._bar.update(
             self._task,
             completed=tick,
-            description=f"{seconds(tick):,.0f} of {self._duration_s:,.0f} s in {wall_s:.0f} s, "
-            f"{seconds(tick) / wall_s:,.0f} x real time",
+            description=self._how_far(seconds(tick), wall_s, self._duration_s),
         )
 
 

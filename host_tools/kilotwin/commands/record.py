@@ -91,7 +91,7 @@ def record(
 ) -> None:
     """Run an experiment on a table and leave a run folder. Ctrl-C leaves everything idle."""
     loaded = Experiment.load(experiment, given_settings(settings, seed))
-    display = terminal.display(quiet)
+    display = terminal.display(quiet, terminal.recorded)
     seen = window(view, display, port=view_port, no_browser=no_browser, quiet=quiet, steers=False)
     if via is not None or poses is not None:
         if buses or join:

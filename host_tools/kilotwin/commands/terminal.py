@@ -3,6 +3,7 @@
 import shlex
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any
@@ -25,21 +26,26 @@ _DARK = "RGB(0,0,0)"
 _PRINT_WIDTH = 60
 
 
-def display(quiet: bool) -> Display:
-    """A live bar on a terminal, a line now and then elsewhere, nothing if `quiet`."""
-    if quiet:
-        return Silent()
-    if not sys.stderr.isatty():
-        return Lines()
-    from kilotwin.commands.bars import Bar
+def simulated(done_s: float, wall_s: float, duration_s: float) -> str:
+    """How far a run is: `600 of 1,000 s in 2 s, 300 x real time`."""
+    far = f"{done_s:,.0f} of {duration_s:,.0f} s in {wall_s:.0f} s"
+    return f"{far}, {done_s / wall_s:,.0f} x real time"
 
-    return Bar()
+
+def recorded(done_s: float, wall_s: float, duration_s: float) -> str:
+    """How far a record of a table is, whose time is the wall's: `60 of 100 s recorded`."""
+    return f"{done_s:,.0f} of {duration_s:,.0f} s recorded"
+
+
+HowFar = Callable[[float, float, float], str]
+"""Of seconds done, of wall time, and of all."""
 
 
 class Lines:
     """A plain line every ten seconds, for logs."""
 
-    def __init__(self) -> None:
+    def __init__(self, how_far: HowFar = simulated) -> None:
+        self._how_far = how_far
         self._began = self._shown = time.monotonic()
         self._duration_s = 0.0
 
@@ -62,16 +68,25 @@ class Lines:
         if now - self._shown < _LINE_EVERY_S:
             return
         self._shown = now
+        robots = robots_now(resting, not_resting, metrics)
         wall_s, done_s = now - self._began, seconds(tick)
         left_s = wall_s * (self._duration_s - done_s) / done_s if done_s > 0 else 0.0
-        self.note(
-            f"{done_s:,.0f} of {self._duration_s:,.0f} s simulated in {wall_s:.0f} s "
-            f"({done_s / wall_s:,.0f} x real time, {left_s:.0f} s left)"
-            + (f"; {robots}" if (robots := robots_now(resting, not_resting, metrics)) else "")
-        )
+        far = f"{self._how_far(done_s, wall_s, self._duration_s)}, {left_s:.0f} s left"
+        self.note(f"{far}; {robots}" if robots else far)
 
     def stop(self) -> None:
         """Nothing to tidy up."""
+
+
+def display(quiet: bool, how_far: HowFar = simulated) -> Display:
+    """A live bar on a terminal, a line now and then elsewhere, nothing if `quiet`."""
+    if quiet:
+        return Silent()
+    if not sys.stderr.isatty():
+        return Lines(how_far)
+    from kilotwin.commands.bars import Bar
+
+    return Bar(how_far)
 
 
 class SweepLines:
@@ -141,9 +156,11 @@ def summary_text(summary: dict[str, Any]) -> str:
     ]
     rows = [("robots", _states_text(summary["states"])), *_resting_rows(summary)]
     rows += _failed_rows(summary)
+    rows += _fault_rows(summary)
     rows += _metric_rows(summary)
     rows += _print_rows(summary)
     rows += _environment_rows(summary)
+    rows += _report_rows(summary)
     if "coverage" in summary:
         rows.append(("coverage", summary["coverage"]["text"]))
     rows.append(("result hash", summary["result_hash"]))
@@ -176,6 +193,13 @@ def _resting_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
 def _failed_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     failed = {event["robot"] for event in summary["robots_failed"]}
     return [("failed", f"{len(failed)} of {summary['robots']} robots: see below")] if failed else []
+
+
+def _fault_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Robots that failed because [[faults.robot]] says so: `2 dead, 1 stuck`."""
+    faults = summary.get("faults", {})
+    told = ", ".join(f"{number} {kind}" for kind, number in sorted(faults.items()))
+    return [("faults of robots", told)] if told else []
 
 
 def _print_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
@@ -221,11 +245,22 @@ def _environment_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     if told is None:
         return []
     rows = [("words sent", f"{told['sent']:,} of {told['asked']:,}, {told['replaced']:,} replaced")]
+    if uncovered := told.get("uncovered"):
+        rows.append(("not covered", f"{uncovered:,} words: their robots are below no controller"))
     if late := told["latency_s"]:
         rows.append(("latency", f"{late['mean']:.2f} s, 95 % within {late['p95']:.2f} s"))
     if told.get("heard") is not None:
         rows.append(("frames heard", f"{100 * told['heard']:.1f} %"))
     return rows
+
+
+def _report_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """How many reports of robots the host of a grid got."""
+    if "grid" not in summary:
+        return []
+    reports = summary["grid"]["reports"]
+    none = "none: robots report by kilob_tracking(), or a message of type TRACKING"
+    return [("reports of robots", f"{reports:5,d}" if reports else none)]
 
 
 def environment_record_text(summary: dict[str, Any]) -> str:

@@ -314,7 +314,12 @@ def _check_named(keys: ExperimentSchema, origin: ExperimentText, uids: Sequence[
     commands, steps = enumerate(keys.command or []), enumerate(keys.step)
     named = [(("command", index, "robot"), command.robot) for index, command in commands]
     named += [(("step", index, "robot"), step.robot) for index, step in steps]
-    for path, robot in named:
+    broken: list[tuple[KeyPath, int]] = [
+        (("faults", "robot", index, "robots"), uid)
+        for index, fault in enumerate(keys.faults.robot)
+        for uid in fault.robots or ()
+    ]
+    for path, robot in [*named, *broken]:
         if robot is not None and robot not in uids:
             raise InputError(f"{origin.where(path)}: there is no robot {robot}; {uids_text(uids)}")
 

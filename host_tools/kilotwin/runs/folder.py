@@ -53,6 +53,9 @@ PRINT = "print"
 # Events after which a robot, or a module, takes no part any more.
 FAILURES = {"crash", "endless", "stack_overflow"}
 
+# Events of robots that fail because the experiment says so; `text` is the kind.
+FAULT = "fault"
+
 # Events of programs that look for it (--sanitize).
 UNDEFINED = "undefined_behaviour"
 

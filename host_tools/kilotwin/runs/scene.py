@@ -125,6 +125,9 @@ def _grid(run: Run) -> dict[str, Any] | None:
         "columns": layout.columns,
         "rows": layout.rows,
         "cell_m": CELL_M,
-        "walls": np.flatnonzero(walls_on_cells(layout, grid.wall_cells)).tolist(),
+        # A .kconf says by itself which cells are wall; which of its values mean so is not known.
+        "walls": []
+        if grid.configuration is not None
+        else np.flatnonzero(walls_on_cells(layout, grid.wall_cells)).tolist(),
         "maps": maps,
     }

@@ -16,7 +16,7 @@ from kilotwin.table.environment.camera import EmulatedCamera
 from kilotwin.table.environment.outbox import Sending
 from kilotwin.table.environment.play import Play
 from kilotwin.table.environment.protocol import Seen
-from kilotwin.table.links.emulated_overhead import EmulatedOverhead
+from kilotwin.table.links.emulated_overhead import EmulatedOverhead, phase_s
 from kilotwin.units import TICK_S
 
 if TYPE_CHECKING:
@@ -37,7 +37,8 @@ class EmulatedEnvironment(Companion):
         self._camera = EmulatedCamera(keys.environment, keys.seed, experiment.uid_of)
         self._delay_s = keys.environment.delay_s
         self._step_ticks = keys.engine.step_ticks
-        self._controller = EmulatedOverhead()
+        self._controllers = [EmulatedOverhead() for _ in self.play.outboxes.boxes]
+        self._phases_s = [phase_s(keys.seed, number) for number in range(len(self._controllers))]
         self._pictures = 0
         self._developing: deque[tuple[int, Seen]] = deque()
         """Pictures that the program has not been shown, and the tick at which it will be."""
@@ -97,18 +98,19 @@ class EmulatedEnvironment(Companion):
         if until <= begin:
             return
         begin_s, end_s, now_s = begin * TICK_S, until * TICK_S, now * TICK_S
-        for sending in self.play.sendings(begin_s, end_s):
-            self._controller.take(sending.packet, sending.there_s)
-        for at_s, frame in self._controller.frames(begin_s, end_s):
-            self._simulation.shine(frame, at_s - now_s)
+        for number, controller in enumerate(self._controllers):
+            for sending in self.play.sendings(begin_s, end_s, number):
+                controller.take(sending.packet, sending.there_s)
+            for at_s, frame in controller.frames(begin_s, end_s):
+                self._simulation.shine(frame, at_s - now_s + self._phases_s[number], number)
         self._lit_until = until
 
     def summary(self) -> dict[str, Any]:
-        """`environment`, with `heard`: share of the controller's frames that a robot received, over
-        all robots."""
-        stats, robots = self._simulation.stats(), self._simulation.robots
-        frames = int(stats["frames_from_above"])
-        heard = stats["received_from_above"] / (frames * robots) if frames else None
+        """`environment`, with `heard`: share of the controllers' frames that a robot received, over
+        all robots that they fell on."""
+        stats = self._simulation.stats()
+        frames, reached = int(stats["frames_from_above"]), stats["reached_from_above"]
+        heard = stats["received_from_above"] / reached if reached else None
         play = {
             **self.play.summary(),
             "frames": frames,

@@ -43,6 +43,18 @@ class Serving:
     links: Mapping[Device, Path] = field(default_factory=dict)
     poses: "Address | None" = None
 
+    def ohc_links(self, experiment: Experiment) -> list[Path | None]:
+        """A name for each overhead controller's port: of several, `ohc-1`, `ohc-2` and so on."""
+        number, link = len(experiment.keys.overhead), self.links.get("ohc")
+        if number < 2 or link is None:
+            return [link] * max(number, 1)
+        return [link.with_name(f"{link.name}-{one}") for one in range(1, number + 1)]
+
+    def names(self, experiment: Experiment) -> list[Path]:
+        """Names for ports, as far as they are given."""
+        links = [*self.ohc_links(experiment), self.links.get("dispatcher")]
+        return [link for link in links if link is not None]
+
     def check(self, experiment: Experiment) -> None:
         """InputError if the experiment has no such table."""
         if experiment.keys.step:

@@ -83,6 +83,10 @@ def record(
     if experiment.environment is None:
         what = "no [environment] to play; add it, or name a grid's buses by --can"
         raise InputError(f"{experiment.origin.source}: {what}")
+    if len(experiment.keys.overhead) > 1:
+        number = len(experiment.keys.overhead)
+        what = f"--via names one overhead controller, here are {number}; remove all but that one"
+        raise experiment.error(("overhead", 1), what)
     _check_commands(experiment)
     folder = folder or default_folder(experiment)
     check_free(folder)
@@ -138,7 +142,7 @@ class _Recording:
 
     def _give_orders(self) -> float:
         """Puts all orders into the outbox; how long those before t = 0 take."""
-        keys, outbox = self._keys, self._play.outbox
+        keys, outbox = self._keys, self._play.outboxes.boxes[0]
         configs = [message for _, _, message in config_messages(self._experiment)]
         lead_s = _ORDER_S * len(configs)
         for number, message in enumerate(configs):

@@ -11,7 +11,7 @@ from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.metrics.moment import Moment
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.causes import causes
-from kilotwin.runs.folder import FAILURES, PRINT, UNDEFINED
+from kilotwin.runs.folder import FAILURES, FAULT, PRINT, UNDEFINED
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.emulated import EmulatedWorld
 from kilotwin.session.loop import NEVER, Attention, Companion
@@ -67,6 +67,7 @@ class Recorder(Companion, Generic[WriterT]):
         """How many events there were of each kind."""
         self._failed: list[dict[str, Any]] = []
         self._undefined: list[dict[str, Any]] = []
+        self._faults: Counter[str] = Counter()
         self._last_print: dict[str, Any] | None = None
         self._samples = 0
         self._sampled_at = -1
@@ -109,6 +110,8 @@ class Recorder(Companion, Generic[WriterT]):
                 self._failed.append(event)
             elif event["kind"] == UNDEFINED:
                 self._undefined.append(event)
+            elif event["kind"] == FAULT:
+                self._faults[event["text"]] += 1
             elif event["kind"] == PRINT:
                 self._last_print = event
         if events:
@@ -156,6 +159,7 @@ class Recorder(Companion, Generic[WriterT]):
             "prints": {"number": self.kinds[PRINT], "last": self._last_print},
             "events": dict(self.kinds),
             "robots_failed": self._failed,
+            "faults": dict(self._faults),
             "causes": [cause.as_dict("robot") for cause in causes(self._failed)],
             "undefined": [cause.as_dict("robot") for cause in causes(self._undefined)],
             "metrics": metrics_summary(self._experiment.keys, self.meter.latest),

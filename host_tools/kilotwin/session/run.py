@@ -176,7 +176,7 @@ def run(
             outcome = child.wait()
         finally:
             display.stop()
-            for link in serving.links.values() if serving is not None else ():
+            for link in serving.names(experiment) if serving is not None else ():
                 remove_dead(link)
     outcome.summary["record"] = {**size.as_dict(), "bytes": bytes_of(folder)}
     if outcome.stop_asked:

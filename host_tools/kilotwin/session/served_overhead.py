@@ -1,4 +1,4 @@
-"""An emulated overhead controller on a pseudo terminal, above the robots of a served world."""
+"""Emulated overhead controllers on pseudo terminals, above the robots of a served world."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,11 +14,14 @@ if TYPE_CHECKING:
 
 
 class ServedOverhead(EachTick):
-    """Packets of programs outside become light on all robots."""
+    """Packets of programs outside become light on the robots that a controller covers."""
 
-    def __init__(self, simulation: "Simulation", link: Path | None) -> None:
-        """`link`: a name for the port, or none. InputError if it cannot be."""
-        self._simulation = simulation
+    def __init__(
+        self, simulation: "Simulation", link: Path | None, number: int = 0, later_s: float = 0.0
+    ) -> None:
+        """`link`: a name for the port, or none; InputError if it cannot be. `later_s`: its
+        phase_s()."""
+        self._simulation, self._number, self._later_s = simulation, number, later_s
         self._controller = EmulatedOverhead()
         self._terminal = PseudoTerminal(link, "--link-ohc")
         self.ran_at: int | None = None
@@ -36,7 +39,7 @@ class ServedOverhead(EachTick):
         while data := self._terminal.read(0):
             self._controller.take(data, now_s)
         for at_s, frame in self._controller.frames(now_s, now_s + TICK_S):
-            self._simulation.shine(frame, at_s - now_s)
+            self._simulation.shine(frame, at_s - now_s + self._later_s, self._number)
             if self.ran_at is None and frame[DATA_BYTES] == RUN[DATA_BYTES]:
                 self.ran_at = now
 

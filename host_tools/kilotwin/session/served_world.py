@@ -22,6 +22,7 @@ from kilotwin.session.loop import NEVER, Companion
 from kilotwin.session.served_camera import ServedCamera
 from kilotwin.session.served_grid import ServedTable
 from kilotwin.session.served_overhead import ServedOverhead
+from kilotwin.table.links.emulated_overhead import phase_s
 from kilotwin.units import seconds, ticks
 
 if TYPE_CHECKING:
@@ -125,11 +126,16 @@ def serve(
     companions: list[Companion] = []
     notes: list[str] = []
     with contextlib.ExitStack() as opened:
-        overhead = ServedOverhead(simulation, serving.links.get("ohc"))
-        opened.callback(overhead.close)
+        overheads = []
+        for number, link in enumerate(serving.ohc_links(experiment)):
+            later_s = phase_s(keys.seed, number)
+            overheads.append(ServedOverhead(simulation, link, number, later_s))
+            opened.callback(overheads[-1].close)
 
         def begun() -> int | None:
-            return 0 if keys.grid is None and keys.command else overhead.ran_at
+            if keys.grid is None and keys.command:
+                return 0
+            return min((one.ran_at for one in overheads if one.ran_at is not None), default=None)
 
         def is_over() -> bool:
             return (zero := begun()) is not None and simulation.tick - zero >= duration
@@ -141,8 +147,8 @@ def serve(
             companions.append(table)
             notes += table.notes()
             begin = Begin(lambda: table.zero_tick, lambda: table.over, table.see)
-        companions.append(overhead)
-        notes.append(overhead.note)
+        companions += overheads
+        notes += [overhead.note for overhead in overheads]
         if serving.poses is not None:
             camera = ServedCamera(simulation, experiment, serving.poses)
             opened.callback(camera.close)

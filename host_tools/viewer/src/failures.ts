@@ -1,8 +1,8 @@
-// Robots whose programs have failed, and from when on.
+// Robots that have failed, by their programs or because the experiment says so, and from when on.
 
 import type { RunEvent } from "./scene";
 
-const KINDS = new Set(["crash", "endless", "stack_overflow"]);
+const KINDS = new Set(["crash", "endless", "stack_overflow", "fault"]);
 const MOST_CROSSES = 3000;
 
 export class Failures {

@@ -169,7 +169,9 @@ TEST_CASE("each of as many kinds of stations as can be numbered speaks for its o
     Bodies bodies(arena, small_robot(), chance, ticks(1), 0, {}, 0.1);
     Swarm<Robot> robots;
     std::vector<Emission> emissions;
-    KilobotChannel channel(infrared_settings(), {chance, robots, bodies, emissions, ticks(1), true},
+    const std::vector<Region> overhead;
+    KilobotChannel channel(infrared_settings(),
+                           {chance, robots, bodies, emissions, ticks(1), true, overhead},
                            OTHERS + 1, true, {});
     std::deque<Noting> kinds(OTHERS);
     for (uint32_t station = 0; station < OTHERS; station++)

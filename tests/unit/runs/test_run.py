@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 from tests.processes import children
 
-from kilotwin.commands.terminal import Lines
+from kilotwin.commands.terminal import Lines, recorded
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files.confinement import SINGLE_THREADED
 from kilotwin.runs.folder import FINISHED
@@ -336,6 +336,17 @@ def test_progress_off_a_terminal_is_a_line_now_and_then(
     shown = capsys.readouterr().err.splitlines()
     assert len(shown) == 2
     assert "black 3, white 0, not resting 7" in shown[0]
+
+
+def test_a_record_of_a_table_is_not_told_to_be_so_many_times_real_time(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = iter(range(0, 100, 10))
+    monkeypatch.setattr(time, "monotonic", lambda: float(next(clock)))
+    Lines(recorded).progress(305, {}, 7)
+    shown = capsys.readouterr().err
+    assert "s recorded, " in shown
+    assert "real time" not in shown
 
 
 class _StopsTooLate(Silent):

@@ -73,6 +73,12 @@ def test_a_grid_has_the_site_of_each_cell_and_its_walls(begin: Begin) -> None:
     assert len(grid["walls"]) == 8 * 12 - 6 * 10
 
 
+def test_a_grid_that_a_kconf_configures_has_no_walls_of_ours(begin: Begin, folder: Path) -> None:
+    (folder / "floor.kconf").write_text("address\nx:0-3\ndata\n1\n1\n1\n1\n")
+    scene = scene_of(Run.open(begin("run", "grid.configuration=floor.kconf", text=GRID).folder))
+    assert scene["grid"]["walls"] == []
+
+
 def test_sites_that_are_drawn_are_a_picture(begin: Begin, folder: Path) -> None:
     picture = Image.new("RGBA", (4, 2), (0, 0, 0, 0))
     picture.putpixel((0, 0), (0, 0, 0, 255))

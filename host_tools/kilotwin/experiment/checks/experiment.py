@@ -15,12 +15,14 @@ from kilotwin.experiment.checks.arena import (
     in_doubt,
     narrow,
     pose_problems,
+    shape_problems,
 )
 from kilotwin.experiment.checks.controller import controller_problems, informed_problems
 from kilotwin.experiment.checks.crowds import crowded
 from kilotwin.experiment.checks.grid import Problem, grid_problems, within_the_run
 from kilotwin.experiment.checks.metric import metric_problems
 from kilotwin.experiment.checks.object import object_problems, poses_in_objects
+from kilotwin.experiment.checks.robot_fault import robot_fault_problems
 from kilotwin.experiment.checks.robots import uids_text
 from kilotwin.experiment.checks.step import step_problems
 from kilotwin.experiment.schema.experiment import Command, Cpu, ExperimentSchema, Robots
@@ -98,12 +100,14 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     yield from _medium(experiment)
     yield from _start(experiment)
     yield from _environment(experiment)
+    yield from _overhead(experiment)
     yield from grid_problems(experiment)
     robots = uids_there(experiment)
     for index, command in enumerate(experiment.command or []):
         yield from _command(("command", index), command, robots)
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
     yield from step_problems(experiment, robots)
+    yield from robot_fault_problems(experiment, robots)
     yield from metric_problems(experiment)
     if experiment.expect:
         from kilotwin.experiment.checks.expect import expect_problems
@@ -313,6 +317,18 @@ def _environment(experiment: ExperimentSchema) -> Iterator[Problem]:
     if swarm_size(experiment) > last:
         what = f"words reach robots 1 to {last}; take fewer robots, or remove [environment]"
         yield Problem(what, (("environment",),))
+
+
+def _overhead(experiment: ExperimentSchema) -> Iterator[Problem]:
+    for index, controller in enumerate(experiment.overhead):
+        path: KeyPath = ("overhead", index)
+        yield from shape_problems(path, controller)
+        if controller.centre_m is None and controller.shape != "polygon":
+            what = "[[overhead]] lacks 'centre_m', the place below it; add centre_m = [0.0, 0.0]"
+            yield Problem(what, (path,))
+        if experiment.grid is not None:
+            what = "on a grid the cells speak to robots; remove [[overhead]], or [grid]"
+            yield Problem(what, (path, ("grid",)))
 
 
 def _start(experiment: ExperimentSchema) -> Iterator[Problem]:

@@ -36,7 +36,7 @@ def within_the_run(path: KeyPath, at_s: float, experiment: ExperimentSchema) -> 
 
 
 def grid_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
-    """Problems of [grid], and of [faults], which need one."""
+    """Problems of [grid], and of those [faults] that need one."""
     if experiment.grid is None:
         yield from _faults_without_a_grid(experiment)
         return
@@ -52,7 +52,10 @@ def grid_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
 def _faults_without_a_grid(experiment: ExperimentSchema) -> Iterator[Problem]:
     faults = experiment.faults
     if faults.error_share or faults.module or faults.host:
-        what = "[faults] are those of a Kilogrid; add [grid] with columns and rows, or remove it"
+        what = (
+            "these [faults] are those of a Kilogrid; add [grid] with columns and rows, or remove "
+            "them: only [[faults.robot]] needs none"
+        )
         yield Problem(what, (("faults",),))
 
 

@@ -1,9 +1,10 @@
-"""The table of an experiment file about a virtual environment: program, camera, controller."""
+"""The tables of an experiment file about a virtual environment: program, camera, controllers."""
 
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
+from kilotwin.experiment.schema.metric import Region
 from kilotwin.experiment.schema.section import Section, Share, Text
 from kilotwin.units import TICK_S
 
@@ -45,3 +46,11 @@ class EnvironmentTable(Section):
     message_s: Annotated[float, Field(ge=0.035, le=1)] = 0.05
     """How long the overhead controller transmits a message, with words for three robots. ARK: 50
     ms; a packet takes 34 ms on its line (hardware.md 1.13)."""
+
+
+class OverheadController(Region):
+    """An overhead controller, by what its light reaches. Without any there is one, over all robots.
+
+    Robots hear those that cover them where they are. What two of them send at the same time is lost
+    to robots that both cover, with the medium `kilobot`; `ideal` loses nothing.
+    """

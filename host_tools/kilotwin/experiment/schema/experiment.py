@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
 from kilotwin.experiment.programs import Printf, Runtime
 from kilotwin.experiment.schema.controller import AggregationTables, InformedShares, with_defaults
-from kilotwin.experiment.schema.environment import EnvironmentTable
+from kilotwin.experiment.schema.environment import EnvironmentTable, OverheadController
 from kilotwin.experiment.schema.expect import Expect
 from kilotwin.experiment.schema.grid import CellColour, Faults, Grid, grid_size_m
 from kilotwin.experiment.schema.medium import MEDIA, Medium
@@ -410,6 +410,7 @@ class ExperimentSchema(AggregationTables):
     command: list[Command] | None = None
     step: Annotated[list[Step], Field(max_length=10_000)] = []
     environment: EnvironmentTable | None = None
+    overhead: Annotated[list[OverheadController], Field(max_length=100)] = []
     grid: Grid | None = None
     faults: Faults = Faults.model_construct()
     record: Record

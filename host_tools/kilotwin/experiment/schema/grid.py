@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from kilotwin.experiment.programs import Runtime
+from kilotwin.experiment.schema.robot_fault import RobotFault
 from kilotwin.experiment.schema.section import (
     Length,
     Module,
@@ -133,10 +134,11 @@ class HostFault(Section):
 
 
 class Faults(Section):
-    """Faults of an emulated grid."""
+    """Robots that fail, and faults of an emulated grid."""
 
+    robot: Annotated[list[RobotFault], Field(max_length=1000)] = []
     error_share: Annotated[float, Field(ge=0, le=0.5)] = 0.0
-    """Share of CAN frames that an error destroys; they are sent again."""
+    """On a grid: share of CAN frames that an error destroys; they are sent again."""
     module: list[ModuleFault] = []
     host: list[HostFault] = []
 

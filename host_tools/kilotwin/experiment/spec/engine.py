@@ -7,6 +7,7 @@ from typing import Any
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.experiment import Arena, ExperimentSchema, Obstacle, Site
 from kilotwin.experiment.schema.medium import MEDIA
+from kilotwin.experiment.schema.metric import Region
 from kilotwin.experiment.schema.profile_defaults import PROFILES, Profile, motion_defaults
 from kilotwin.experiment.schema.record import EXTRA_OF
 from kilotwin.experiment.spec import parameter_block
@@ -15,6 +16,7 @@ from kilotwin.experiment.spec.informed import informed_ranges
 from kilotwin.experiment.spec.objects import object_spec
 from kilotwin.experiment.spec.overhead import DUTIES, RUN, TimedMessage, timed
 from kilotwin.experiment.spec.parameter_block import ALL_ROBOTS, Message
+from kilotwin.experiment.spec.robot_faults import robot_faults
 from kilotwin.experiment.spec.start_poses import starts
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.units import ticks
@@ -61,11 +63,10 @@ def engine_spec(
         "seed": keys.seed,
         "step_ticks": keys.engine.step_ticks,
         "arena": {**_shape(keys.arena), "blocks_light": bool(keys.arena.blocks_light)},
-        "sites": [{**_shape(site), "centre_m": _centre(site)} for site in keys.site],
+        "sites": list(map(_placed, keys.site)),
         "obstacles": [
             {
-                **_shape(obstacle),
-                "centre_m": _centre(obstacle),
+                **_placed(obstacle),
                 "heading_rad": float(obstacle.heading_rad),
                 "blocks_light": obstacle.blocks_light,
             }
@@ -101,6 +102,8 @@ def engine_spec(
         ],
         "lab": _lab(experiment, profile),
         "commands": commands(experiment, waits=waits),
+        "faults": robot_faults(experiment),
+        "overhead": list(map(_placed, keys.overhead)),
         "grid": None if keys.grid is None else _grid(experiment, module_guest),
         "lead_ticks": lead_ticks,
         "sample_ticks": sample_ticks,
@@ -157,7 +160,7 @@ def _grid(experiment: Experiment, module_guest: str) -> dict[str, Any]:
     }
 
 
-def _shape(place: Arena | Obstacle | Site) -> dict[str, Any]:
+def _shape(place: Arena | Obstacle | Region | Site) -> dict[str, Any]:
     """About its own (0, 0)."""
     if place.shape == "picture":
         return {"shape": "picture"}
@@ -170,8 +173,10 @@ def _shape(place: Arena | Obstacle | Site) -> dict[str, Any]:
     return {"shape": "polygon", "points_m": points}
 
 
-def _centre(place: Obstacle | Site) -> list[float]:
-    return [float(part) for part in place.centre_m or (0.0, 0.0)]
+def _placed(place: Obstacle | Region | Site) -> dict[str, Any]:
+    """The shape, and where its (0, 0) is."""
+    centre_m = [float(part) for part in place.centre_m or (0.0, 0.0)]
+    return {**_shape(place), "centre_m": centre_m}
 
 
 def _lab(experiment: Experiment, profile: Profile) -> list[dict[str, Any]]:

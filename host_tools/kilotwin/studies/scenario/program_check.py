@@ -2,6 +2,7 @@
 
 import contextlib
 import re
+import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any, Literal
 from kilotwin.errors import InputError, KilotwinError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program, ProgramError, find_program
+from kilotwin.experiment.text import Setting
 from kilotwin.files.junit import Case, Suite
 from kilotwin.files.sarif import Result
 from kilotwin.programs.cache import Notify
@@ -20,7 +22,9 @@ from kilotwin.programs.port.check import check as port
 from kilotwin.programs.port.findings import Finding, Weight
 from kilotwin.programs.port.trial import Trial
 from kilotwin.studies.scenario.judge import ScenarioVerdict
-from kilotwin.studies.scenario.runner import Scenario, is_scenario
+from kilotwin.studies.scenario.runner import Scenario, is_scenario, prepare, run_all
+from kilotwin.studies.sweep.executors import Processes
+from kilotwin.studies.sweep.runner import Display
 
 # As gcc, clang and avr-gcc write them.
 _COMPLAINT = re.compile(r"^(.+?):(\d+):(?:\d+:)? (?:fatal )?(error|warning): (.*)$", re.MULTILINE)
@@ -37,6 +41,20 @@ class Budget:
     flash: int | None = None
     ram: int | None = None
     stack: int | None = None
+
+
+@dataclass(frozen=True)
+class How:
+    """What programs are held against. `tasks`: scenarios in which the program takes the place of
+    their robots' own; none: those beside it."""
+
+    include: Sequence[str]
+    define: Sequence[str]
+    budget: Budget
+    trial: Trial
+    tasks: Sequence[Path]
+    timeout_s: float
+    processes: Processes
 
 
 @dataclass(frozen=True)
@@ -99,6 +117,38 @@ class Step:
         """For --json."""
         found = [dict(vars(one)) for one in self.found]
         return {"step": self.name, "fails": self.fails, "said": self.said, "found": found}
+
+
+def steps(written: Sequence[str], how: How, display: Display, notify: Notify) -> Iterator[Step]:
+    """All that is looked at, in its order; InputError if the program is not there."""
+    program = program_of(written, how.include, how.define)
+    built = on_this_computer(program, notify)
+    yield built
+    port_step, report = on_the_chip(written, how.include, how.define, how.trial, notify)
+    yield port_step
+    if report is not None:
+        yield size(report, how.budget)
+    if built.fails:
+        return
+    scenarios: list[Scenario] = []
+    if how.tasks:
+        for file in how.tasks:
+            scenarios += prepare([file], [_in_place(file, program)], how.timeout_s, notify)
+    else:
+        files, unfit = scenarios_beside(program)
+        yield from unfit
+        scenarios = prepare(files, [], how.timeout_s, notify)
+    if scenarios:
+        yield from map(of_scenario, run_all(scenarios, how.processes, display))
+
+
+def _in_place(file: Path, program: Program) -> Setting:
+    """What puts the program in the place of that of a scenario's first robots."""
+    with contextlib.suppress(OSError, ValueError):
+        tables = tomllib.loads(file.read_text(encoding="utf-8"))
+        keys = ("robots", "0", "program") if "robots" in tables else ("swarm", "program")
+        return Setting(keys, str(program.path.resolve()), f"--scenarios {file}")
+    raise InputError(f"--scenarios {file}: cannot be read; name an experiment with [[expect]]")
 
 
 def program_of(written: Sequence[str], include: Sequence[str], define: Sequence[str]) -> Program:

@@ -7,12 +7,14 @@ word for a robot takes the place of the one that waits.
 """
 
 from collections import OrderedDict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from kilotwin.experiment.areas import Area, contains
 from kilotwin.experiment.spec.ark import MESSAGE_TYPE, WORDS, Layout, Word
 from kilotwin.experiment.spec.overhead import DATA_BYTES, message
+from kilotwin.table.environment.protocol import Seen
 from kilotwin.table.links.packets import OVERHEAD_BAUD, PACKET_BYTES, Overhead, encode
 
 PACKET_S = PACKET_BYTES * 10 / OVERHEAD_BAUD
@@ -128,3 +130,63 @@ class Outbox:
         told = tuple(self._words.popitem(last=False)[1] for _ in range(count))
         words = [wanted.word for wanted in told if wanted.word is not None]
         return encode(Overhead.FORWARDMSG, self._layout.pack(words)), told
+
+
+class Outboxes:
+    """A `protocol.Sender` for one controller or several, each with an `Outbox` and a line of its
+    own.
+
+    A word goes out by all controllers that cover its robot where it was seen last; before it was
+    seen, by all. Bytes for all robots go out by all.
+    """
+
+    def __init__(self, boxes: Sequence[Outbox], areas: Sequence[Area]) -> None:
+        """`areas`: what each covers; empty: there is one, over all robots."""
+        self.boxes = boxes
+        self._areas = areas
+        self._places: dict[int, tuple[float, float]] = {}
+        self.asked = 0
+        self.uncovered = 0
+        """So many words were for robots that no controller covered."""
+
+    def see(self, seen: Seen, now_s: float) -> None:
+        """A picture; what is wanted from now on is wanted at `now_s`."""
+        for box in self.boxes:
+            box.now_s = now_s
+        if self._areas:
+            self._places.update({robot.uid: (robot.x_m, robot.y_m) for robot in seen.robots})
+
+    @property
+    def now_s(self) -> float:
+        """The time of what is wanted."""
+        return self.boxes[0].now_s
+
+    @property
+    def replaced(self) -> int:
+        """So many words gave way to a newer one, at a controller."""
+        return sum(box.replaced for box in self.boxes)
+
+    @property
+    def waiting(self) -> int:
+        """So many have not been sent, at a controller."""
+        return sum(box.waiting for box in self.boxes)
+
+    def __call__(self, uid: int, value: int, type: int = 0) -> None:
+        """See protocol.Sender."""
+        place = self._places.get(uid)
+        boxes = [
+            box
+            for number, box in enumerate(self.boxes)
+            if not self._areas or place is None or contains(self._areas[number], *place)
+        ]
+        for box in boxes:
+            box(uid, value, type)
+        self.asked += 1
+        self.uncovered += not boxes
+
+    def to_all(self, data: Iterable[int], type: int) -> None:
+        """See protocol.Sender."""
+        data = bytes(data)
+        for box in self.boxes:
+            box.to_all(data, type)
+        self.asked += 1

@@ -8,9 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from kilotwin.experiment.areas import area_of
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.spec.ark import Layout
-from kilotwin.table.environment.outbox import Outbox, Sending
+from kilotwin.table.environment.outbox import Outbox, Outboxes, Sending
 from kilotwin.table.environment.program import EnvironmentProgram
 from kilotwin.table.environment.protocol import Seen, arena_of
 
@@ -36,7 +37,7 @@ class Play:
         keys, named = experiment.keys.environment, experiment.environment
         assert keys is not None
         assert named is not None
-        arena = arena_of(experiment, lambda text: listener.note(self.outbox.now_s, text))
+        arena = arena_of(experiment, lambda text: listener.note(self.outboxes.now_s, text))
         layout = Layout(*keys.word_bits)
         far = next((uid for uid in arena.uids if uid > layout.most_uid), None)
         if far is not None:
@@ -46,18 +47,21 @@ class Play:
         self._latencies: list[float] = []
         self._packets = 0
         self.pictures = 0
-        self.outbox = Outbox(keys.message_s, arena.uids, layout)
+        areas = [area_of(one) for one in experiment.keys.overhead]
+        boxes = [Outbox(keys.message_s, arena.uids, layout) for _ in areas or "1"]
+        self.outboxes = Outboxes(boxes, areas)
         self.program = EnvironmentProgram(named.file, named.name, arena, keys.settings)
 
     def show(self, seen: Seen, now_s: float) -> None:
         """Shows the program a picture, at `now_s`; RunError names the line that failed."""
-        self.outbox.now_s = now_s
+        self.outboxes.see(seen, now_s)
         self.pictures += 1
-        self.program.step(seen, self.outbox)
+        self.program.step(seen, self.outboxes)
 
-    def sendings(self, begin_s: float, end_s: float) -> Iterator[Sending]:
-        """The packets that begin in [begin_s, end_s), where the last call ended, each kept."""
-        for sending in self.outbox.sendings(begin_s, end_s):
+    def sendings(self, begin_s: float, end_s: float, controller: int = 0) -> Iterator[Sending]:
+        """The packets of a controller that begin in [begin_s, end_s), where the last call ended,
+        each kept."""
+        for sending in self.outboxes.boxes[controller].sendings(begin_s, end_s):
             self._packets += 1
             self._latencies += [
                 sending.there_s + _FRAME_S - wanted.asked_s for wanted in sending.told
@@ -72,10 +76,11 @@ class Play:
         """
         return {
             "pictures": self.pictures,
-            "asked": self.outbox.asked,
+            "asked": self.outboxes.asked,
             "sent": len(self._latencies),
-            "replaced": self.outbox.replaced,
-            "waiting": self.outbox.waiting,
+            "replaced": self.outboxes.replaced,
+            "waiting": self.outboxes.waiting,
+            "uncovered": self.outboxes.uncovered,
             "packets": self._packets,
             "latency_s": _spread(self._latencies),
         }

@@ -20,6 +20,7 @@ from kilotwin.table.grid.can_links import CanLinks
 from kilotwin.table.grid.clock import Clock, WallClock
 from kilotwin.table.grid.controller import Controller
 from kilotwin.table.grid.foreign_orders import WatchedLinks, refuse_another_host
+from kilotwin.table.grid.health_text import counts_text
 from kilotwin.table.grid.poller import Reports
 
 _STEP_S = 0.001
@@ -128,7 +129,7 @@ class Console:
         ]
 
     def health_text(self) -> str:
-        """The same as text: modules per state, and those that lost or refused something."""
+        """The same as text: modules per state, and the counts that matter."""
         if not self._answers:
             return "health is not known: a dispatcher passes on no answers"
         answers = self._controller.health
@@ -142,12 +143,7 @@ class Console:
             lines.append(f"{mute} modules answer polls, but not for their health (original ones)")
         if self.silent:
             lines.append(f"{len(self.silent)} modules do not answer: {_names(self.silent)}")
-        for module, answer in sorted(answers.items()):
-            if answer.lost_records or answer.refused_frames:
-                lines.append(
-                    f"module {module[0]}-{module[1]}: {answer.lost_records} reports lost, "
-                    f"{answer.refused_frames} frames refused"
-                )
+        lines += counts_text(answers, self._controller.bus_health)
         return "\n".join(lines)
 
     def set_up(self, experiment: Experiment, note: Note) -> dict[str, Any]:

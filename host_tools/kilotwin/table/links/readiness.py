@@ -12,6 +12,7 @@ from kilotwin.experiment.spec.grid_layout import Layout, Module
 from kilotwin.experiment.spec.kconf import Content
 from kilotwin.files.headers import ALL_ROBOTS
 from kilotwin.table.can.protocol import BusHealth, Health, ModuleState
+from kilotwin.table.grid.health_text import MANY_ERRORS
 from kilotwin.table.grid.in_turn import is_held
 from kilotwin.table.links.robot_link import Report
 from kilotwin.table.links.roll_call import WITHOUT_UID, colour_of, volts
@@ -19,8 +20,6 @@ from kilotwin.table.links.roll_call import WITHOUT_UID, colour_of, volts
 MODULES = "modules"
 """The line with the modules that answer."""
 
-# A CAN controller with so many errors warns, of 255; at 128 it may not signal errors any more.
-_MANY_ERRORS = 96
 # More names than this do not help to read a line; --json has all.
 _MOST_NAMES = 8
 _AT_REST = {ModuleState.INIT, ModuleState.IDLE, ModuleState.SETUP}
@@ -142,7 +141,7 @@ def _buses(seen: Seen) -> Finding:
     bad = [
         module
         for module, bus in sorted(seen.bus_health.items())
-        if max(bus.transmit_errors, bus.receive_errors) >= _MANY_ERRORS
+        if max(bus.transmit_errors, bus.receive_errors) >= MANY_ERRORS
     ]
     if bad:
         found = f"{count} work; many errors at {_names(bad)}"
