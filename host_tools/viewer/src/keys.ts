@@ -23,6 +23,9 @@ export interface Actions {
   events(): void;
   follow(): void;
   picture(): void;
+  clip(): void;
+  tape(): void;
+  poses(): void;
   states(): void;
   closer(): void;
   farther(): void;
@@ -59,6 +62,9 @@ export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = 
   ],
   ["o", { o: "follow" }, "the chosen robot stays in the middle, or not"],
   ["c", { c: "picture" }, "save the picture, as PNG"],
+  ["v", { v: "clip" }, "record what is shown as a video, WebM; again: end and save it"],
+  ["w", { w: "tape" }, "measuring tape: click two places or robots; or not"],
+  ["x", { x: "poses" }, "save where robots are, for poses = of an experiment"],
   ["e", { e: "events" }, "all events and prints, with a filter"],
   ["s", { s: "states" }, "colours of LEDs, or of states"],
   ["t", { t: "trails" }, "trails"],

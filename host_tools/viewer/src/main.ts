@@ -1,5 +1,6 @@
 // The page: makes its parts, gives keys and buttons their meaning, and draws frames.
 
+import { Clip } from "./clip";
 import { Clock } from "./clock";
 import { CurvesPanel, type Curves } from "./curves";
 import { Exported } from "./exported";
@@ -10,6 +11,7 @@ import { LogPanel } from "./log";
 import { KEYS, listen, type Actions } from "./keys";
 import { showBuses } from "./bus";
 import { Moments, type Moment } from "./live";
+import { posesOf } from "./poses";
 import { SteeringBar } from "./steering";
 import { Pane, type Layers, type Picked } from "./pane";
 import { robotOf, uidOf, type RunEvent, type RunState, type Scene } from "./scene";
@@ -46,6 +48,7 @@ class Page {
   private curvesAt = 0;
   private told: RunState[] | null = null; // the newest state, while one is taken in
   private readonly moments: Moments | null;
+  private clip: Clip | null = null;
   private steering: SteeringBar | null = null;
 
   constructor(
@@ -113,14 +116,36 @@ class Page {
   }
 
   private savePicture(): void {
-    this.panes[0].picture().toBlob((data) => {
-      if (!data) return;
-      const link = document.createElement("a");
-      link.href = URL.createObjectURL(data);
-      link.download = `${this.scenes[0].folder}-${this.clock.timeS.toFixed(1)}s.png`;
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-    });
+    this.panes[0].picture().toBlob((data) => data && this.save(data, "png"));
+  }
+
+  // Hands a file to the browser, which writes over none; its name says the run and the time.
+  private save(data: Blob, suffix: string): string {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(data);
+    link.download = `${this.scenes[0].folder}-${this.clock.timeS.toFixed(1)}s.${suffix}`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    return link.download;
+  }
+
+  private savePoses(): void {
+    const from = this.panes[0].shown?.from;
+    if (!from) return;
+    const name = this.save(new Blob([posesOf(from)], { type: "text/csv" }), "csv");
+    const said = byId("saved");
+    said.textContent = `Beside the experiment, under [[robots]]: poses = "${name}"`;
+    said.hidden = false;
+  }
+
+  private toggleClip(): void {
+    const pane = this.panes[0];
+    const button = document.querySelector('[data-action="clip"]');
+    button?.classList.toggle("on", !this.clip);
+    if (this.clip) this.clip.end();
+    this.clip = this.clip
+      ? null
+      : new Clip((canvas) => pane.picture(canvas), (video) => this.save(video, "webm"));
   }
 
   private addSteering(bar: SteeringBar): void {
@@ -225,6 +250,13 @@ class Page {
         this.dirty = true;
       },
       picture: () => this.savePicture(),
+      clip: () => this.toggleClip(),
+      tape: () => {
+        pane.tape.toggle();
+        document.querySelector('[data-action="tape"]')?.classList.toggle("on", pane.tape.on);
+        pane.redraw();
+      },
+      poses: () => this.savePoses(),
       closer: () => pane.zoom(1.25),
       farther: () => pane.zoom(0.8),
       left: stepPixels(-1, 0),
@@ -249,7 +281,7 @@ class Page {
       },
       help: () => byId("help").toggleAttribute("hidden"),
       close: () => {
-        byId("help").hidden = true;
+        byId("help").hidden = byId("saved").hidden = true;
         this.panes.forEach((one) => one.select(null));
         this.inspector.clear();
         this.nameInLink();
@@ -414,6 +446,7 @@ class Page {
       const whole = this.panes.map((pane) =>
         pane.draw(this.clock.timeS, this.strideOf(pane), this.layers, speed),
       );
+      this.clip?.draw();
       this.drawTime();
       document.body.dataset.shown = whole.every(Boolean) ? this.clock.timeS.toFixed(3) : "waiting";
       document.body.dataset.frames = String(++this.frames);

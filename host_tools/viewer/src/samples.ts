@@ -198,3 +198,26 @@ export class Samples {
     };
   }
 }
+
+// Robots that are said to be in the same place stand in rings around it.
+export function spreadSample(sample: Sample, radiusM: number): Sample {
+  const [x, y] = [sample.x.slice(), sample.y.slice()];
+  const there = new Map<string, number[]>();
+  for (let k = 0; k < x.length; k++) {
+    const key = `${x[k]},${y[k]}`;
+    if (Number.isNaN(x[k])) continue;
+    const others = there.get(key);
+    if (others) others.push(k);
+    else there.set(key, [k]);
+  }
+  for (const robots of there.values()) {
+    if (robots.length < 2) continue;
+    const distance = radiusM * Math.max(0.6, robots.length / 6);
+    robots.forEach((k, n) => {
+      const angle = (2 * Math.PI * n) / robots.length;
+      x[k] += distance * Math.cos(angle);
+      y[k] += distance * Math.sin(angle);
+    });
+  }
+  return { ...sample, x, y };
+}

@@ -23,7 +23,7 @@ def test_a_disc_covers_its_area_around_its_middle(radius: float, at: tuple[float
     discs = Discs(radius, (0.0, 0.0), GREY, black)
     discs.draw(picture, np.array([at]), None, np.zeros(1, dtype=np.uint8), ALL)
     cover = 1 - picture[..., 0] / 255
-    assert cover.sum() == pytest.approx(np.pi * radius**2, rel=0.04)
+    assert cover.sum() == pytest.approx(np.pi * radius**2, rel=0.05)
     rows, columns = np.mgrid[0:60, 0:60] + 0.5
     assert (cover * columns).sum() / cover.sum() == pytest.approx(at[0], abs=0.15)
     assert (cover * rows).sum() / cover.sum() == pytest.approx(at[1], abs=0.15)
