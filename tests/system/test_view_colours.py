@@ -20,8 +20,10 @@ PROGRAM = """\
 #include <debug.h>
 #include <kilolib.h>
 #include <stdlib.h>
+volatile uint8_t third;
 static void setup(void) {
     set_color(RGB(0, 3, 0));
+    third = kilo_uid > 7 ? 90 : 30;
     printf("here I am\\n");
 }
 static void loop(void) {
@@ -39,6 +41,11 @@ profile = "kilobot"
 cpu = "native"
 program = "colours.c"
 size = 10
+"""
+METRIC = """\
+[metric.third]
+variable = "third"
+per_robot = true
 """
 
 
@@ -238,3 +245,33 @@ def test_a_clip_is_the_part_that_was_played_as_a_video(page: Page, tmp_path: Pat
     data = (tmp_path / "clip.webm").read_bytes()
     assert data[:4] == b"\x1a\x45\xdf\xa3"
     assert len(data) > 5_000
+
+
+def test_robots_have_the_colours_and_labels_of_a_metric(
+    page: Page, run: Path, kilotwin: Kilotwin, environment: dict[str, str]
+) -> None:
+    assert not page.is_visible('[data-action="values"]')  # nothing was recorded
+    folder = run.parent
+    (folder / "metric.toml").write_text(WORLD + METRIC)
+    kilotwin("run", "metric.toml", "--no-twin", "--out", "metric", folder=folder, expect=4)
+    browser = page.context.browser
+    assert browser is not None
+    problems: list[str] = []
+    with (
+        viewer(environment, folder / "metric") as address,
+        new_page(browser, problems) as other,
+    ):
+        open_viewer(other, address)
+        go_to(other, 19)
+        other.keyboard.press("a")
+        comes(other, lambda: other.is_visible("#values"))
+        assert other.inner_text("#values") == "third: 30 (dark) to 90 (bright)"
+        seen = picture(other).astype(int)
+        dark, bright = (
+            int((np.abs(seen - colour).max(axis=2) < 8).sum())
+            for colour in ((0x44, 0x01, 0x54), (0xFD, 0xE7, 0x25))
+        )
+        assert dark / bright == pytest.approx(7 / 3, rel=0.25)
+        other.keyboard.press("a")
+        comes(other, lambda: not other.is_visible("#values"))
+    assert problems == []

@@ -27,6 +27,7 @@ export interface Actions {
   tape(): void;
   poses(): void;
   states(): void;
+  values(): void;
   closer(): void;
   farther(): void;
   left(): void;
@@ -67,6 +68,7 @@ export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = 
   ["x", { x: "poses" }, "save where robots are, for poses = of an experiment"],
   ["e", { e: "events" }, "all events and prints, with a filter"],
   ["s", { s: "states" }, "colours of LEDs, or of states"],
+  ["a", { a: "values" }, "colours and labels of a metric, or of what was recorded besides; the next"],
   ["t", { t: "trails" }, "trails"],
   ["l", { l: "links" }, "who is within reach of whom"],
   ["m", { m: "messages" }, "messages as they are sent, where that is known"],

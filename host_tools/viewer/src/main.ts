@@ -195,6 +195,8 @@ class Page {
     hideUnless("messages", this.scenes.some(tellsMessages));
     // Many robots have it only if it is asked for: rings hide them, and each look costs more.
     if (this.scenes.some((scene) => scene.robots > ALL_MESSAGES)) this.actions().messages();
+    const valued = ({ also, metrics }: Scene) => also.length || Object.keys(metrics).length;
+    hideUnless("values", this.scenes.some(valued));
     hideUnless("light", this.scenes.some((scene) => scene.light));
     for (const name of ["cells", "reports"]) hideUnless(name, this.scenes.some((one) => one.grid));
     const help = byId("keys");
@@ -237,8 +239,14 @@ class Page {
       uids: toggle("uids"),
       states: () => {
         toggle("states")();
-        this.panes.forEach((one) => one.colourBy(this.layers.states ? "state" : "led"));
+        this.colourRobots();
         this.legend.colourBy(this.layers.states);
+      },
+      values: () => {
+        for (const one of this.panes) if (one.shown) one.values.next(one.shown.from);
+        const on = this.panes.some((one) => one.values.name !== null);
+        document.querySelector('[data-action="values"]')?.classList.toggle("on", on);
+        this.colourRobots();
       },
       events: () => {
         this.log.toggle();
@@ -287,6 +295,22 @@ class Page {
         this.nameInLink();
       },
     };
+  }
+
+  private colourRobots(): void {
+    for (const pane of this.panes) {
+      pane.colourBy(pane.values.name !== null ? "value" : this.layers.states ? "state" : "led");
+    }
+  }
+
+  // What the colours mean where they are of values.
+  private tellValues(): void {
+    const told = this.panes.flatMap(({ values: { name, least, most } }) => {
+      if (name === null) return [];
+      return `${name}: ${least <= most ? `${least} (dark) to ${most} (bright)` : "not known"}`;
+    });
+    byId("values").textContent = told.join(" | ");
+    byId("values").hidden = !told.length;
   }
 
   // Runs on tables of one shape are seen from the same place.
@@ -447,6 +471,7 @@ class Page {
         pane.draw(this.clock.timeS, this.strideOf(pane), this.layers, speed),
       );
       this.clip?.draw();
+      this.tellValues();
       this.drawTime();
       document.body.dataset.shown = whole.every(Boolean) ? this.clock.timeS.toFixed(3) : "waiting";
       document.body.dataset.frames = String(++this.frames);

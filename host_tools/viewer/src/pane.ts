@@ -12,6 +12,7 @@ import { placeOf, Samples, spreadSample, type Between, type Sample } from "./sam
 import { boxOf, uidOf, type Report, type Scene } from "./scene";
 import type { Source } from "./source";
 import { Tape } from "./tape";
+import { Values } from "./values";
 
 export interface Layers {
   trails: boolean;
@@ -73,6 +74,7 @@ export class Pane {
   shown: Between | null = null;
   readonly failures: Failures;
   readonly tape = new Tape();
+  readonly values = new Values();
   // Called with what was clicked.
   picked: (what: Picked) => void = () => {};
   // Called when the picture must be drawn again.
@@ -172,7 +174,8 @@ export class Pane {
   }
 
   // Many small ones as dots, others as points of the graphics processor.
-  private drawRobots(between: Between, layers: Layers, speed: number): void {
+  private drawRobots(shown: Between, layers: Layers, speed: number): void {
+    const between = this.values.coloured(shown);
     const [width, height] = this.size();
     const least = leastRadius(this.ids.length, width * height);
     const ratio = window.devicePixelRatio;
@@ -431,10 +434,12 @@ export class Pane {
       const below = py + Math.max(this.scene.radius_m / this.pixelM, 3) + 11;
       context.lineWidth = 3;
       context.strokeStyle = "#ffffffd0";
-      const uid = String(uidOf(this.scene, this.ids[k]));
-      context.strokeText(uid, px, below);
+      const named = this.values.name === null || layers.uids;
+      const uid = named ? String(uidOf(this.scene, this.ids[k])) : "";
+      const text = [uid, this.values.label(between.from, k)].filter(Boolean).join(": ");
+      context.strokeText(text, px, below);
       context.fillStyle = "#000";
-      context.fillText(uid, px, below);
+      context.fillText(text, px, below);
     };
     if (near) for (let k = 0; k < number && left > 0; k++) label(k);
     if (this.selected === null) return;

@@ -12,6 +12,7 @@ export interface Sample {
   motors: { left: Uint8Array; right: Uint8Array } | null;
   battery: Uint16Array | null;
   messages: { sent: Uint32Array; received: Uint32Array } | null;
+  metrics?: Arrays; // that were recorded of each robot, by their columns
   objects: { x: Float32Array; y: Float32Array; heading: Uint16Array } | null;
 }
 
@@ -38,6 +39,11 @@ export function extrasOf(arrays: Arrays): Pick<Sample, "motors" | "battery" | "m
     battery: column<Uint16Array>("battery") ?? null,
     messages: messages.sent && messages.received ? messages : null,
   };
+}
+
+function metricsOf(arrays: Arrays, part: (name: string) => Arrays[string]): Arrays {
+  const names = Object.keys(arrays).filter((name) => name.startsWith("metric_"));
+  return Object.fromEntries(names.map((name) => [name, part(name)]));
 }
 
 // Where a robot is at that time, m.
@@ -193,6 +199,7 @@ export class Samples {
     return {
       ...pose("", this.size),
       ...extrasOf(extras),
+      metrics: metricsOf(arrays, (name) => part(name, this.size, arrays[name])),
       led: part("led", this.size, new Uint8Array(this.size)),
       objects: "object_x_m" in arrays ? pose("object_", this.objects) : null,
     };
