@@ -1,7 +1,36 @@
 """Processes as /proc has them (proc(5)), any of which may end at any moment."""
 
 import contextlib
+import subprocess
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
+
+
+@contextlib.contextmanager
+def serving(
+    command: Sequence[object], before: str = "", **options: Any
+) -> Iterator[tuple["subprocess.Popen[str]", str]]:
+    """A command that has begun, and the address that it says first; it is ended with the block.
+
+    `before`: how the line with the address begins; then it is one of stderr. `options`: those of
+    Popen.
+    """
+    with subprocess.Popen(
+        list(map(str, command)),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE if before else None,
+        text=True,
+        **options,
+    ) as process:
+        try:
+            said = process.stderr if before else process.stdout
+            assert said is not None
+            address = next((line.strip() for line in said if line.startswith(before)), "")
+            assert address, f"{' '.join(process.args)}: ended before it had an address"  # type: ignore[arg-type]
+            yield process, address.removeprefix(before)
+        finally:
+            process.terminate()
 
 
 def children(pid: int) -> list[int]:

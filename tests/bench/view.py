@@ -14,16 +14,18 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 from playwright.sync_api import Error, sync_playwright
 
-from kilotwin.errors import InputError, RunError
+from kilotwin.errors import RunError
 from kilotwin.studies.bench.measure import Columns, Note, machine, table_lines
 from kilotwin.studies.bench.workloads import cases
 
+from ..processes import serving
 from .view_runs import write_run
 
 _PLAYED_S = 5.0
@@ -40,7 +42,7 @@ _READY = "body[data-ready=yes]"
 def measure(repeats: int, note: Note) -> Iterator[dict[str, Any]]:
     """One record per figure: its median over `repeats`, and the bound that it should keep.
 
-    RunError without Chromium; InputError if the page shows no run.
+    RunError without Chromium; AssertionError if a viewer ends before it has an address.
     """
     with (
         _chromium() as browser,
@@ -103,19 +105,9 @@ def _chromium() -> Iterator[Any]:
         browser.close()
 
 
-@contextlib.contextmanager
-def _viewer(folder: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """The address of a viewer of that run, and its process."""
-    command = [*_KILOTWIN, "view", str(folder), "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None
-            address = process.stdout.readline().strip()
-            if not address:
-                raise InputError(f"{folder}: the viewer ended before it had an address")
-            yield address, process
-        finally:
-            process.terminate()
+def _viewer(folder: Path) -> AbstractContextManager[tuple["subprocess.Popen[str]", str]]:
+    """A viewer of that run, and its address."""
+    return serving([*_KILOTWIN, "view", folder, "--no-browser"])
 
 
 @contextlib.contextmanager
@@ -132,7 +124,7 @@ def _page(browser: Any, address: str) -> Iterator[Any]:
 
 def _frames_s(browser: Any, folder: Path) -> float:
     """Frames in a second of play, after one second of it."""
-    with _viewer(folder) as (address, _), _page(browser, address) as page:
+    with _viewer(folder) as (_, address), _page(browser, address) as page:
         page.keyboard.press(" ")
         page.wait_for_timeout(1000)
         began, first = time.perf_counter(), int(page.get_attribute("body", "data-frames"))
@@ -144,7 +136,7 @@ def _frames_s(browser: Any, folder: Path) -> float:
 def _open_s(browser: Any, folder: Path) -> float:
     """From the command until the first robots are drawn."""
     began = time.perf_counter()
-    with _viewer(folder) as (address, _), _page(browser, address) as page:
+    with _viewer(folder) as (_, address), _page(browser, address) as page:
         page.wait_for_selector('body[data-shown="0.000"]', state="attached")
         return time.perf_counter() - began
 
@@ -183,7 +175,7 @@ def _run_s(scratch: Path, folder: Path, browser: Any | None) -> float:
             if browser is not None:
                 while not (folder / "sites.arrows").exists() and run.poll() is None:
                     time.sleep(0.02)
-                address, _ = watching.enter_context(_viewer(folder))
+                _, address = watching.enter_context(_viewer(folder))
                 watching.enter_context(_page(browser, address))
             said, complaint = run.communicate()
         if run.returncode:

@@ -1,13 +1,13 @@
 """Debian's Chromium, driven by Playwright, and a viewer for it."""
 
 import contextlib
-import subprocess
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 
+from ..processes import serving
 from .conftest import KILOTWIN, ROOT
 
 # Software all through; nothing that Chromium would ask the network for.
@@ -53,18 +53,9 @@ def new_page(
 @contextlib.contextmanager
 def viewer(environment: dict[str, str], *words: Path | str) -> Iterator[str]:
     """The address of `kilotwin view WORDS`, typed in the project's folder."""
-    with subprocess.Popen(
-        [KILOTWIN, "view", *map(str, words), "--no-browser"],
-        cwd=ROOT,
-        env=environment,
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as process:
-        try:
-            assert process.stdout is not None
-            yield process.stdout.readline().strip()
-        finally:
-            process.terminate()
+    command = [KILOTWIN, "view", *words, "--no-browser"]
+    with serving(command, cwd=ROOT, env=environment) as (_, address):
+        yield address
 
 
 def comes(page: Page, is_so: Callable[[], object]) -> None:

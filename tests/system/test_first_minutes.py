@@ -1,11 +1,9 @@
 """A newcomer's first ten minutes: types what README and the quickstart say, in their order, and
 looks at what is printed and at the page."""
 
-import contextlib
 import re
 import shlex
 import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +12,7 @@ from playwright.sync_api import Page
 
 from kilotwin.runs.reader import Run
 
+from ..processes import serving
 from ..steering import steer
 from .browser import chromium, comes, new_page, open_viewer, viewer
 from .conftest import KILOTWIN, ROOT, Kilotwin, block
@@ -44,28 +43,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@contextlib.contextmanager
-def watched(
-    words: list[str], folder: Path, environment: dict[str, str]
-) -> Iterator[tuple["subprocess.Popen[str]", str]]:
-    """A command that has begun, and the address of its page."""
-    with subprocess.Popen(
-        [KILOTWIN, *words, "--no-browser"],
-        cwd=folder,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        try:
-            assert process.stderr is not None
-            lines = (line.strip() for line in process.stderr)
-            address = next(line for line in lines if line.startswith("view: "))
-            yield process, address.removeprefix("view: ")
-        finally:
-            process.kill()
-
-
 def coloured(page: Page) -> np.ndarray:
     """Where the picture has the colours of README's program, red and green."""
     seen = picture(page).astype(int)
@@ -79,7 +56,10 @@ def test_readmes_program_is_seen_moving_in_the_first_seconds_and_stays_to_be_loo
     assert "--view" in run
     problems: list[str] = []
     with (
-        watched(run, folder, environment) as (process, address),
+        serving([KILOTWIN, *run, "--no-browser"], "view: ", cwd=folder, env=environment) as (
+            process,
+            address,
+        ),
         chromium() as browser,
         new_page(browser, problems) as page,
     ):

@@ -20,8 +20,10 @@ PROGRAM = """\
 #include <debug.h>
 #include <kilolib.h>
 #include <stdlib.h>
+volatile uint8_t third;
 static void setup(void) {
     set_color(RGB(0, 3, 0));
+    third = kilo_uid > 7 ? 90 : 30;
     printf("here I am\\n");
 }
 static void loop(void) {
@@ -39,6 +41,11 @@ profile = "kilobot"
 cpu = "native"
 program = "colours.c"
 size = 10
+"""
+METRIC = """\
+[metric.third]
+variable = "third"
+per_robot = true
 """
 
 
@@ -180,3 +187,91 @@ def test_a_robot_whose_program_failed_is_crossed_out_from_then_on(page: Page, ru
     assert crosses(page) == 0
     go_to(page, failure["time_s"] + 1)
     assert crosses(page) > 20
+
+
+def saved(page: Page, key: str, file: Path) -> str:
+    """The name that the browser gets for what a key saves."""
+    with page.expect_download() as download:
+        page.keyboard.press(key)
+    download.value.save_as(file)
+    return download.value.suggested_filename
+
+
+def test_poses_that_the_page_saves_are_those_of_the_run_and_an_experiment_takes_them(
+    page: Page, run: Path, kilotwin: Kilotwin
+) -> None:
+    go_to(page, 19)
+    name = saved(page, "x", run.parent / "here.csv")
+    assert name == "run-19.0s.csv"
+    assert f'poses = "{name}"' in page.inner_text("#saved")
+    robots = "[[robots]]\nprogram = 'colours.c'\ncount = 10\nposes = 'here.csv'\n"
+    world = WORLD.replace('program = "colours.c"\nsize = 10\n', "") + robots
+    (run.parent / "again.toml").write_text(world)
+    kilotwin("run", "again.toml", "--no-twin", "--out", "again", folder=run.parent, expect=4)
+    [then, first] = [
+        Run.open(folder).robots().to_pydict() for folder in (run, run.parent / "again")
+    ]
+    at = then["time_s"].index(min(then["time_s"], key=lambda time: abs(time - 19)))
+    for column, close in (("x_m", 1e-5), ("y_m", 1e-5), ("heading_rad", 1e-3)):
+        assert first[column][:10] == pytest.approx(then[column][at : at + 10], abs=close)
+    page.keyboard.press("Escape")
+    assert not page.is_visible("#saved")
+
+
+def test_the_tape_says_how_far_two_places_are_from_one_another(page: Page) -> None:
+    page.keyboard.press("f")
+    page.keyboard.press("w")
+    box = page.locator(".pane").first.bounding_box()
+    assert box is not None
+    middle, low = box["x"] + box["width"] / 2, box["y"] + 4
+    page.mouse.click(middle - 300, low)
+    page.mouse.click(middle + 100, low)
+    page.wait_for_selector("body[data-measured]", state="attached")
+    measured = page.get_attribute("body", "data-measured")
+    pixel_m = 1.06 * 0.6 / min(box["width"], box["height"])
+    assert measured is not None
+    assert float(measured.removesuffix(" mm")) == pytest.approx(400 * pixel_m * 1000, rel=0.01)
+    page.keyboard.press("w")
+
+
+def test_a_clip_is_the_part_that_was_played_as_a_video(page: Page, tmp_path: Path) -> None:
+    go_to(page, 2)
+    page.keyboard.press("v")
+    for time_s in (3, 4, 5, 6):
+        go_to(page, time_s)
+        page.wait_for_timeout(100)
+    name = saved(page, "v", tmp_path / "clip.webm")
+    assert name == "run-6.0s.webm"
+    data = (tmp_path / "clip.webm").read_bytes()
+    assert data[:4] == b"\x1a\x45\xdf\xa3"
+    assert len(data) > 5_000
+
+
+def test_robots_have_the_colours_and_labels_of_a_metric(
+    page: Page, run: Path, kilotwin: Kilotwin, environment: dict[str, str]
+) -> None:
+    assert not page.is_visible('[data-action="values"]')  # nothing was recorded
+    folder = run.parent
+    (folder / "metric.toml").write_text(WORLD + METRIC)
+    kilotwin("run", "metric.toml", "--no-twin", "--out", "metric", folder=folder, expect=4)
+    browser = page.context.browser
+    assert browser is not None
+    problems: list[str] = []
+    with (
+        viewer(environment, folder / "metric") as address,
+        new_page(browser, problems) as other,
+    ):
+        open_viewer(other, address)
+        go_to(other, 19)
+        other.keyboard.press("a")
+        comes(other, lambda: other.is_visible("#values"))
+        assert other.inner_text("#values") == "third: 30 (dark) to 90 (bright)"
+        seen = picture(other).astype(int)
+        dark, bright = (
+            int((np.abs(seen - colour).max(axis=2) < 8).sum())
+            for colour in ((0x44, 0x01, 0x54), (0xFD, 0xE7, 0x25))
+        )
+        assert dark / bright == pytest.approx(7 / 3, rel=0.25)
+        other.keyboard.press("a")
+        comes(other, lambda: not other.is_visible("#values"))
+    assert problems == []

@@ -14,6 +14,7 @@ from websockets.sync.client import connect
 from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
 
+from ..processes import serving
 from ..steering import steer
 from .browser import chromium, comes, new_page, open_viewer, viewer
 from .conftest import KILOTWIN, ROOT, WALKER, Kilotwin
@@ -43,22 +44,10 @@ def watched(folder: Path, environment: dict[str, str]) -> Iterator[Callable[...,
         def start(out: str, *words: str) -> Watched:
             command = [KILOTWIN, "run", "live.toml", "--view", "--no-browser", "--no-twin"]
             speed = [] if "--speed" in words else ["--speed", "max"]
-            process = stack.enter_context(
-                subprocess.Popen(
-                    [*map(str, command), "--json", "--out", out, *speed, *words],
-                    cwd=folder,
-                    env=environment,
-                    stdout=subprocess.PIPE,
-                    stderr=subprocess.PIPE,
-                    text=True,
-                )
+            words = ("--json", "--out", out, *speed, *words)
+            return stack.enter_context(
+                serving([*command, *words], "view: ", cwd=folder, env=environment)
             )
-            stack.callback(process.kill)
-            assert process.stderr is not None
-            for line in process.stderr:
-                if line.startswith("view: "):
-                    return process, line.removeprefix("view: ").strip()
-            raise AssertionError("no address")
 
         yield start
 
@@ -359,20 +348,8 @@ def test_a_kilogrid_is_seen_while_it_is_recorded(
     words = ["record", grid, "--can", table.bus, *speed, "--out", tmp_path / "recorded", "-q"]
     with contextlib.ExitStack() as stack:
         stack.callback(table.close)
-        host = stack.enter_context(
-            subprocess.Popen(
-                [str(word) for word in (KILOTWIN, *words)],
-                cwd=ROOT,
-                env=environment,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.PIPE,
-                text=True,
-            )
-        )
-        stack.callback(host.kill)
-        assert host.stderr is not None
-        lines = (line.strip() for line in host.stderr)
-        address = next(line.removeprefix("view: ") for line in lines if line.startswith("view: "))
+        command = [KILOTWIN, *words]
+        host, address = stack.enter_context(serving(command, "view: ", cwd=ROOT, env=environment))
         problems: list[str] = []
         with new_page(browser, problems) as page:
             open_viewer(page, address)

@@ -184,11 +184,15 @@ class RunSamples:
         return pack({"first": first}, {"time_s": self.times_s()[first:]})
 
     def chunk(self, first: int, count: int, stride: int) -> bytes:
-        """Samples first, first + stride, ..., packed; headings are in 2^16 parts of a turn."""
+        """Samples first, first + stride, ..., packed; headings are in 2^16 parts of a turn, of
+        robots' metrics NaN where none was measured."""
         with self._lock:
             most = max(1, MOST_ROWS // max(1, len(self.robots.ids)))
             wanted = range(first, self.samples, stride)[: min(count, most)]
             arrays = self._read(wanted)
+            metrics = [name for name in self.robots.columns if name.startswith(METRIC)]
+            measured = self.robots.read(wanted, metrics) if metrics else {}
+            arrays |= {name: values.astype(np.float32) for name, values in measured.items()}
         return pack({"first": first, "stride": stride, "samples": len(wanted)}, arrays)
 
     def read(self, wanted: Sequence[int]) -> dict[str, NDArray[Any]]:

@@ -19,7 +19,7 @@ from kilotwin.experiment.spec.informed import informed_ranges
 from kilotwin.experiment.spec.objects import parts_of
 from kilotwin.experiment.states import States
 from kilotwin.files.headers import CELL_M
-from kilotwin.runs.folder import UIDS
+from kilotwin.runs.folder import FAILURES, FAULT, UIDS
 from kilotwin.runs.light import light_of
 from kilotwin.runs.palette import site_fills, state_colours
 from kilotwin.runs.pixels import as_png
@@ -39,6 +39,7 @@ def scene_of(run: Run) -> dict[str, Any]:
         "status": str(run.manifest.get("status", "")),
         "emulated": "engine" in run.manifest,
         "also": experiment.record.also or [],
+        "failures": sorted({*FAILURES, FAULT}),
         "robots": run.robots_number,
         "uids": run.manifest.get(UIDS),
         "radius_m": PROFILES[experiment.swarm.profile].radius_m,

@@ -6,7 +6,8 @@ import type { Packed } from "./source";
 
 // Okabe and Ito's, as figures have them.
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
-const MARKED = new Set(["crash", "endless", "stack_overflow", "fault", "reset"]);
+// Events that are marked beside failures.
+const MARKED = ["reset"];
 const MOST_MARKS = 500;
 
 // LEDs that would not be seen on a dark, or a light, page.
@@ -138,8 +139,9 @@ export class CurvesPanel {
     ctx.save();
     let left = MOST_MARKS;
     for (const run of runs) {
+      const marked = new Set([...MARKED, ...run.scene.failures]);
       for (const event of run.events) {
-        if (MARKED.has(event.kind) && left-- > 0) line(event.time_s, "#d5000055", 1.5);
+        if (marked.has(event.kind) && left-- > 0) line(event.time_s, "#d5000055", 1.5);
       }
     }
     ctx.restore();

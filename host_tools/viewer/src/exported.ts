@@ -2,7 +2,7 @@
 // kilotwin/view/exported_page.py.
 
 import type { ModuleAnswer, Report, RobotAnswer, RunEvent, Scene } from "./scene";
-import { textOf, whoOf } from "./facts";
+import { whoOf } from "./facts";
 import { unpack, type Arrays, type Packed, type Source } from "./source";
 
 const REPORT_COLUMNS = 7;
@@ -77,7 +77,7 @@ export class Exported implements Source {
   async log(run: number, words: string): Promise<{ number: number; events: RunEvent[] }> {
     const wanted = words.toLowerCase().split(/\s+/).filter(Boolean);
     const found = this.runs[run].events.filter((event) => {
-      const line = `${whoOf(event)}${event.kind} ${textOf(event)}`.toLowerCase();
+      const line = `${whoOf(event)}${event.kind} ${event.text ?? ""}`.toLowerCase();
       return wanted.every((word) => line.includes(word));
     });
     return { number: found.length, events: found.slice(-MOST_LOGGED) };

@@ -1,18 +1,22 @@
 // Robots that have failed, by their programs or because the experiment says so, and from when on.
 
-import type { RunEvent } from "./scene";
+import type { RunEvent, Scene } from "./scene";
 
-const KINDS = new Set(["crash", "endless", "stack_overflow", "fault"]);
 const MOST_CROSSES = 3000;
 
 export class Failures {
+  private readonly kinds: Set<string>;
   private known: { timeS: number; place: number }[] = []; // in order of time
+
+  constructor(scene: Scene) {
+    this.kinds = new Set(scene.failures);
+  }
 
   // `placeOf`: the place of a robot in a sample, below 0 if it was not recorded.
   take(events: RunEvent[], placeOf: (robot: number) => number): void {
     const first = new Map<number, number>();
     for (const { kind, robot, time_s } of events) {
-      if (robot === undefined || !KINDS.has(kind)) continue;
+      if (robot === undefined || !this.kinds.has(kind)) continue;
       first.set(robot, Math.min(time_s, first.get(robot) ?? Infinity));
     }
     this.known = [...first]

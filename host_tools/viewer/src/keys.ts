@@ -23,7 +23,11 @@ export interface Actions {
   events(): void;
   follow(): void;
   picture(): void;
+  clip(): void;
+  tape(): void;
+  poses(): void;
   states(): void;
+  values(): void;
   closer(): void;
   farther(): void;
   left(): void;
@@ -59,8 +63,12 @@ export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = 
   ],
   ["o", { o: "follow" }, "the chosen robot stays in the middle, or not"],
   ["c", { c: "picture" }, "save the picture, as PNG"],
+  ["v", { v: "clip" }, "record what is shown as a video, WebM; again: end and save it"],
+  ["w", { w: "tape" }, "measuring tape: click two places or robots; or not"],
+  ["x", { x: "poses" }, "save where robots are, for poses = of an experiment"],
   ["e", { e: "events" }, "all events and prints, with a filter"],
   ["s", { s: "states" }, "colours of LEDs, or of states"],
+  ["a", { a: "values" }, "colours and labels of a metric, or of what was recorded besides; the next"],
   ["t", { t: "trails" }, "trails"],
   ["l", { l: "links" }, "who is within reach of whom"],
   ["m", { m: "messages" }, "messages as they are sent, where that is known"],

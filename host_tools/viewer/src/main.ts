@@ -1,5 +1,6 @@
 // The page: makes its parts, gives keys and buttons their meaning, and draws frames.
 
+import { Clip } from "./clip";
 import { Clock } from "./clock";
 import { CurvesPanel, type Curves } from "./curves";
 import { Exported } from "./exported";
@@ -10,6 +11,7 @@ import { LogPanel } from "./log";
 import { KEYS, listen, type Actions } from "./keys";
 import { showBuses } from "./bus";
 import { Moments, type Moment } from "./live";
+import { posesOf } from "./poses";
 import { SteeringBar } from "./steering";
 import { Pane, type Layers, type Picked } from "./pane";
 import { robotOf, uidOf, type RunEvent, type RunState, type Scene } from "./scene";
@@ -46,6 +48,7 @@ class Page {
   private curvesAt = 0;
   private told: RunState[] | null = null; // the newest state, while one is taken in
   private readonly moments: Moments | null;
+  private clip: Clip | null = null;
   private steering: SteeringBar | null = null;
 
   constructor(
@@ -113,14 +116,36 @@ class Page {
   }
 
   private savePicture(): void {
-    this.panes[0].picture().toBlob((data) => {
-      if (!data) return;
-      const link = document.createElement("a");
-      link.href = URL.createObjectURL(data);
-      link.download = `${this.scenes[0].folder}-${this.clock.timeS.toFixed(1)}s.png`;
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-    });
+    this.panes[0].picture().toBlob((data) => data && this.save(data, "png"));
+  }
+
+  // Hands a file to the browser, which writes over none; its name says the run and the time.
+  private save(data: Blob, suffix: string): string {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(data);
+    link.download = `${this.scenes[0].folder}-${this.clock.timeS.toFixed(1)}s.${suffix}`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    return link.download;
+  }
+
+  private savePoses(): void {
+    const from = this.panes[0].shown?.from;
+    if (!from) return;
+    const name = this.save(new Blob([posesOf(from)], { type: "text/csv" }), "csv");
+    const said = byId("saved");
+    said.textContent = `Beside the experiment, under [[robots]]: poses = "${name}"`;
+    said.hidden = false;
+  }
+
+  private toggleClip(): void {
+    const pane = this.panes[0];
+    const button = document.querySelector('[data-action="clip"]');
+    button?.classList.toggle("on", !this.clip);
+    if (this.clip) this.clip.end();
+    this.clip = this.clip
+      ? null
+      : new Clip((canvas) => pane.picture(canvas), (video) => this.save(video, "webm"));
   }
 
   private addSteering(bar: SteeringBar): void {
@@ -170,6 +195,8 @@ class Page {
     hideUnless("messages", this.scenes.some(tellsMessages));
     // Many robots have it only if it is asked for: rings hide them, and each look costs more.
     if (this.scenes.some((scene) => scene.robots > ALL_MESSAGES)) this.actions().messages();
+    const valued = ({ also, metrics }: Scene) => also.length || Object.keys(metrics).length;
+    hideUnless("values", this.scenes.some(valued));
     hideUnless("light", this.scenes.some((scene) => scene.light));
     for (const name of ["cells", "reports"]) hideUnless(name, this.scenes.some((one) => one.grid));
     const help = byId("keys");
@@ -212,8 +239,14 @@ class Page {
       uids: toggle("uids"),
       states: () => {
         toggle("states")();
-        this.panes.forEach((one) => one.colourBy(this.layers.states ? "state" : "led"));
+        this.colourRobots();
         this.legend.colourBy(this.layers.states);
+      },
+      values: () => {
+        for (const one of this.panes) if (one.shown) one.values.next(one.shown.from);
+        const on = this.panes.some((one) => one.values.name !== null);
+        document.querySelector('[data-action="values"]')?.classList.toggle("on", on);
+        this.colourRobots();
       },
       events: () => {
         this.log.toggle();
@@ -225,6 +258,13 @@ class Page {
         this.dirty = true;
       },
       picture: () => this.savePicture(),
+      clip: () => this.toggleClip(),
+      tape: () => {
+        pane.tape.toggle();
+        document.querySelector('[data-action="tape"]')?.classList.toggle("on", pane.tape.on);
+        pane.redraw();
+      },
+      poses: () => this.savePoses(),
       closer: () => pane.zoom(1.25),
       farther: () => pane.zoom(0.8),
       left: stepPixels(-1, 0),
@@ -249,12 +289,28 @@ class Page {
       },
       help: () => byId("help").toggleAttribute("hidden"),
       close: () => {
-        byId("help").hidden = true;
+        byId("help").hidden = byId("saved").hidden = true;
         this.panes.forEach((one) => one.select(null));
         this.inspector.clear();
         this.nameInLink();
       },
     };
+  }
+
+  private colourRobots(): void {
+    for (const pane of this.panes) {
+      pane.colourBy(pane.values.name !== null ? "value" : this.layers.states ? "state" : "led");
+    }
+  }
+
+  // What the colours mean where they are of values.
+  private tellValues(): void {
+    const told = this.panes.flatMap(({ values: { name, least, most } }) => {
+      if (name === null) return [];
+      return `${name}: ${least <= most ? `${least} (dark) to ${most} (bright)` : "not known"}`;
+    });
+    byId("values").textContent = told.join(" | ");
+    byId("values").hidden = !told.length;
   }
 
   // Runs on tables of one shape are seen from the same place.
@@ -414,6 +470,8 @@ class Page {
       const whole = this.panes.map((pane) =>
         pane.draw(this.clock.timeS, this.strideOf(pane), this.layers, speed),
       );
+      this.clip?.draw();
+      this.tellValues();
       this.drawTime();
       document.body.dataset.shown = whole.every(Boolean) ? this.clock.timeS.toFixed(3) : "waiting";
       document.body.dataset.frames = String(++this.frames);

@@ -8,9 +8,11 @@ import { links, trails } from "./lines";
 import type { Moment } from "./live";
 import { leastRadius, Robots, type Colouring } from "./robots";
 import { beatOf, Rings, sentIn } from "./messages";
-import { placeOf, Samples, type Between, type Sample } from "./samples";
+import { placeOf, Samples, spreadSample, type Between, type Sample } from "./samples";
 import { boxOf, uidOf, type Report, type Scene } from "./scene";
 import type { Source } from "./source";
+import { Tape } from "./tape";
+import { Values } from "./values";
 
 export interface Layers {
   trails: boolean;
@@ -70,7 +72,9 @@ export class Pane {
   turned: (robot: number, headingRad: number) => void = () => {};
   private held: { place: number; at: [number, number]; turns: boolean } | null = null;
   shown: Between | null = null;
-  readonly failures = new Failures();
+  readonly failures: Failures;
+  readonly tape = new Tape();
+  readonly values = new Values();
   // Called with what was clicked.
   picked: (what: Picked) => void = () => {};
   // Called when the picture must be drawn again.
@@ -87,6 +91,7 @@ export class Pane {
     this.renderer = new three.WebGLRenderer({ antialias: false, alpha: true });
     this.renderer.setClearColor(0, 0);
     window.addEventListener("redraw", () => (this.stale = true));
+    this.failures = new Failures(scene);
     this.floor = new Floor(scene);
     this.robots = new Robots(scene, this.ids.length, this.ids);
     this.dots = new Dots(scene, this.ids.length, this.ids);
@@ -112,6 +117,12 @@ export class Pane {
     const place = robot === null ? -1 : this.placeOf(robot);
     this.selected = place < 0 ? null : place;
     this.linesOf = "stale";
+    this.dirty();
+  }
+
+  // Draws also what stands still.
+  redraw(): void {
+    this.stale = true;
     this.dirty();
   }
 
@@ -163,7 +174,8 @@ export class Pane {
   }
 
   // Many small ones as dots, others as points of the graphics processor.
-  private drawRobots(between: Between, layers: Layers, speed: number): void {
+  private drawRobots(shown: Between, layers: Layers, speed: number): void {
+    const between = this.values.coloured(shown);
     const [width, height] = this.size();
     const least = leastRadius(this.ids.length, width * height);
     const ratio = window.devicePixelRatio;
@@ -197,11 +209,11 @@ export class Pane {
     this.moved(false);
   }
 
-  // The picture as it is shown, for a file.
-  picture(): HTMLCanvasElement {
+  // The picture as it is shown, for a file; drawn into a canvas of that size.
+  picture(canvas = document.createElement("canvas")): HTMLCanvasElement {
     this.renderer.render(this.world, this.camera); // its pixels are kept until the next frame only
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [this.overlay.width, this.overlay.height];
+    const { width, height } = this.overlay;
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const context = canvas.getContext("2d")!;
     context.fillStyle = getComputedStyle(document.body).backgroundColor;
     context.fillRect(0, 0, canvas.width, canvas.height);
@@ -367,6 +379,7 @@ export class Pane {
       layers.reports ||
       this.showsUids(layers) ||
       this.selected !== null ||
+      this.tape.on ||
       this.failures.by(timeS) > 0;
     if (!changed && !labelled && !this.labelled) return;
     this.labelled = labelled;
@@ -380,6 +393,7 @@ export class Pane {
     const { shown } = this;
     const pixelOf = (place: number) => this.pixel(...placeOf(shown!, place));
     if (shown) this.failures.draw(context, timeS, this.scene.radius_m / this.pixelM, pixelOf);
+    if (shown) this.tape.draw(context, (robot) => placeOf(shown, robot), (x, y) => this.pixel(x, y));
     if (this.held?.turns) this.drawTurned(context, this.held.place, this.held.at);
     else if (this.held) this.drawHeld(context, this.held.at);
     this.drawScale(context, height);
@@ -420,10 +434,12 @@ export class Pane {
       const below = py + Math.max(this.scene.radius_m / this.pixelM, 3) + 11;
       context.lineWidth = 3;
       context.strokeStyle = "#ffffffd0";
-      const uid = String(uidOf(this.scene, this.ids[k]));
-      context.strokeText(uid, px, below);
+      const named = this.values.name === null || layers.uids;
+      const uid = named ? String(uidOf(this.scene, this.ids[k])) : "";
+      const text = [uid, this.values.label(between.from, k)].filter(Boolean).join(": ");
+      context.strokeText(text, px, below);
       context.fillStyle = "#000";
-      context.fillText(uid, px, below);
+      context.fillText(text, px, below);
     };
     if (near) for (let k = 0; k < number && left > 0; k++) label(k);
     if (this.selected === null) return;
@@ -552,6 +568,10 @@ export class Pane {
   // The robot under a pixel, else the cell.
   private pick(px: number, py: number): void {
     const robot = this.robotAt(px, py);
+    if (this.tape.on) {
+      this.tape.put(robot ?? this.place(px, py));
+      return this.dirty();
+    }
     if (robot !== null) this.picked({ robot: this.ids[robot] });
     else this.picked(this.cellAt(...this.place(px, py)));
   }
@@ -572,27 +592,4 @@ function replace(lines: three.LineSegments, points: Float32Array): void {
   lines.geometry = new three.BufferGeometry();
   lines.geometry.setAttribute("position", new three.BufferAttribute(points, 3));
   lines.visible = points.length > 0;
-}
-
-// Robots that are said to be in the same place stand in rings around it.
-export function spreadSample(sample: Sample, radiusM: number): Sample {
-  const [x, y] = [sample.x.slice(), sample.y.slice()];
-  const there = new Map<string, number[]>();
-  for (let k = 0; k < x.length; k++) {
-    const key = `${x[k]},${y[k]}`;
-    if (Number.isNaN(x[k])) continue;
-    const others = there.get(key);
-    if (others) others.push(k);
-    else there.set(key, [k]);
-  }
-  for (const robots of there.values()) {
-    if (robots.length < 2) continue;
-    const distance = radiusM * Math.max(0.6, robots.length / 6);
-    robots.forEach((k, n) => {
-      const angle = (2 * Math.PI * n) / robots.length;
-      x[k] += distance * Math.cos(angle);
-      y[k] += distance * Math.sin(angle);
-    });
-  }
-  return { ...sample, x, y };
 }

@@ -5,11 +5,12 @@ import * as three from "three";
 import { aim, pointsOf, uniformsWith, type Uniforms } from "./points";
 import type { Between, Sample } from "./samples";
 import type { Scene } from "./scene";
+import { rampColour } from "./values";
 
 const LEDS = 64;
 export const MARKS = 7;
 // The meaning of a robot's colour.
-export type Colouring = "led" | "state";
+export type Colouring = "led" | "state" | "value";
 
 const VERTEX = `
 precision highp float;
@@ -130,7 +131,8 @@ export class Robots {
     const data = this.leds.image.data as Uint8Array;
     for (let led = 0; led < LEDS; led++) {
       const value = parseInt(colourOf(this.scene, led, what).slice(1), 16);
-      data.set([value >> 16, (value >> 8) & 255, value & 255, markOf(this.scene, led)], 4 * led);
+      const mark = what === "value" ? 0 : markOf(this.scene, led);
+      data.set([value >> 16, (value >> 8) & 255, value & 255, mark], 4 * led);
     }
     this.leds.needsUpdate = true;
   }
@@ -189,6 +191,7 @@ export function leastRadius(robots: number, pixels: number): number {
 }
 
 export function colourOf(scene: Scene, led: number, what: Colouring): string {
+  if (what === "value") return rampColour(led);
   return what === "led" ? scene.leds[led] : scene.states.colours[scene.states.of_led[led]];
 }
 

@@ -12,6 +12,7 @@ export interface Sample {
   motors: { left: Uint8Array; right: Uint8Array } | null;
   battery: Uint16Array | null;
   messages: { sent: Uint32Array; received: Uint32Array } | null;
+  metrics?: Arrays; // that were recorded of each robot, by their columns
   objects: { x: Float32Array; y: Float32Array; heading: Uint16Array } | null;
 }
 
@@ -38,6 +39,11 @@ export function extrasOf(arrays: Arrays): Pick<Sample, "motors" | "battery" | "m
     battery: column<Uint16Array>("battery") ?? null,
     messages: messages.sent && messages.received ? messages : null,
   };
+}
+
+function metricsOf(arrays: Arrays, part: (name: string) => Arrays[string]): Arrays {
+  const names = Object.keys(arrays).filter((name) => name.startsWith("metric_"));
+  return Object.fromEntries(names.map((name) => [name, part(name)]));
 }
 
 // Where a robot is at that time, m.
@@ -193,8 +199,32 @@ export class Samples {
     return {
       ...pose("", this.size),
       ...extrasOf(extras),
+      metrics: metricsOf(arrays, (name) => part(name, this.size, arrays[name])),
       led: part("led", this.size, new Uint8Array(this.size)),
       objects: "object_x_m" in arrays ? pose("object_", this.objects) : null,
     };
   }
+}
+
+// Robots that are said to be in the same place stand in rings around it.
+export function spreadSample(sample: Sample, radiusM: number): Sample {
+  const [x, y] = [sample.x.slice(), sample.y.slice()];
+  const there = new Map<string, number[]>();
+  for (let k = 0; k < x.length; k++) {
+    const key = `${x[k]},${y[k]}`;
+    if (Number.isNaN(x[k])) continue;
+    const others = there.get(key);
+    if (others) others.push(k);
+    else there.set(key, [k]);
+  }
+  for (const robots of there.values()) {
+    if (robots.length < 2) continue;
+    const distance = radiusM * Math.max(0.6, robots.length / 6);
+    robots.forEach((k, n) => {
+      const angle = (2 * Math.PI * n) / robots.length;
+      x[k] += distance * Math.cos(angle);
+      y[k] += distance * Math.sin(angle);
+    });
+  }
+  return { ...sample, x, y };
 }

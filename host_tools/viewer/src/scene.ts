@@ -67,6 +67,8 @@ export interface Scene extends RunState {
   informed: [number, number, number][];
   states: { names: string[]; known: number; of_led: number[]; colours: string[] };
   leds: string[];
+  // Kinds of events after which a robot's program does not go on.
+  failures: string[];
   metrics: Record<string, { unit: string; meaning: string }>;
 }
 

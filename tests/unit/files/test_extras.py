@@ -9,21 +9,32 @@ from kilotwin.errors import RunError
 from kilotwin.files import extras
 
 ROOT = Path(__file__).parents[3]
-EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+EXTRAS = PROJECT["optional-dependencies"]
 
 
 def package(library: str) -> str:
     return library.lower().replace("_", "-")
 
 
+def name_of(requirement: str) -> str:
+    """Without its lower bound."""
+    return requirement.partition(">=")[0].lower()
+
+
+def test_each_library_that_is_imported_has_a_lower_bound() -> None:
+    extra = [one for name in EXTRAS.keys() - {"all"} for one in EXTRAS[name]]
+    assert [one for one in [*PROJECT["dependencies"], *extra] if ">=" not in one] == []
+
+
 @pytest.mark.parametrize("library", extras.EXTRAS)
 def test_the_extra_that_is_named_brings_the_library(library: str) -> None:
-    named = {name.lower() for name in EXTRAS[extras.EXTRAS[library]]}
+    named = {name_of(one) for one in EXTRAS[extras.EXTRAS[library]]}
     assert package(library) in named
 
 
 def test_no_extra_brings_a_library_that_is_not_explained() -> None:
-    brought = {name.lower() for extra in EXTRAS.keys() - {"all"} for name in EXTRAS[extra]}
+    brought = {name_of(one) for extra in EXTRAS.keys() - {"all"} for one in EXTRAS[extra]}
     assert brought == set(map(package, extras.EXTRAS))
 
 

@@ -1,8 +1,5 @@
 """A run as a video: the table from above, robots where they are at each frame's time."""
 
-import contextlib
-import subprocess
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,8 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import EllipseCollection, LineCollection
-from matplotlib.colors import to_rgba_array
+from matplotlib.colors import to_rgb, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from numpy.typing import NDArray
@@ -21,24 +17,30 @@ from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.schema.profile_defaults import PROFILES
 from kilotwin.experiment.spec.objects import areas_at
 from kilotwin.experiment.states import States
-from kilotwin.files import extras
 from kilotwin.files.drafts import draft_of
-from kilotwin.files.plain_text import plain
 from kilotwin.runs.palette import FLOOR, OBJECT, OUTLINE, state_colours
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
 from kilotwin.runs.sampling import coarseness
+from kilotwin.studies.plot.discs import Discs
+from kilotwin.studies.plot.encoders import (
+    FRAMES_S,
+    GIF_COLOURS,
+    SUFFIXES,
+    FfmpegError,
+    Frame,
+    write_by_ffmpeg,
+    write_gif,
+)
+from kilotwin.studies.plot.labels import Label
 from kilotwin.studies.plot.map import area_patch, draw_floor, points_per_metre
 from kilotwin.studies.plot.style import draw, title
 from kilotwin.units import counted
 
-SUFFIXES = {".mp4": "libx264", ".webm": "libvpx-vp9", ".gif": ""}
-FRAMES_S = 25
 _TARGET_S = 30.0
 _DPI = 100
 _TRAIL_SAMPLES = 20
 _TURN = 65536
-_FORMATS = {".mp4": "mp4", ".webm": "webm"}
 # Colours of a GIF's 256 that states may take.
 _MOST_OF_STATES = 192
 _CLOSE = 8
@@ -112,63 +114,27 @@ def _round(speed: float) -> float:
 
 
 def _counted(
-    frames: Iterator[NDArray[np.uint8]], number: int, part: Callable[[float], None]
-) -> Iterator[NDArray[np.uint8]]:
+    frames: Iterator[Frame], number: int, part: Callable[[float], None]
+) -> Iterator[Frame]:
     for done, frame in enumerate(frames):
         part(done / number)
         yield frame
 
 
-def _encode(
-    file: Path, target: Path, frames: Iterator[NDArray[np.uint8]], picture: "_Picture"
-) -> None:
+def _encode(file: Path, target: Path, frames: Iterator[Frame], picture: "_Picture") -> None:
     """Writes `file`, which becomes `target`; RunError if the encoder fails."""
     suffix = target.suffix.lower()
     if suffix == ".gif":
-        palette = picture.palette()
-        pictures = (
-            Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
-            for frame in frames
-        )
-        first = next(pictures)
-        first.save(
-            file,
-            "GIF",
-            save_all=True,
-            append_images=pictures,
-            duration=1000 // FRAMES_S,
-            loop=0,
-        )
+        write_gif(file, frames, picture.palette())
         return
-    extras.require("imageio_ffmpeg")
-    import imageio_ffmpeg  # it takes a tenth of a second, and is an extra
-
-    width, height = picture.size
-    raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{FRAMES_S}"]
-    made = ["-an", "-vcodec", SUFFIXES[suffix], "-pix_fmt", "yuv420p", "-crf", "26"]
-    words = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", *raw, "-i", "-", *made]
-    with (
-        tempfile.TemporaryFile() as said,
-        subprocess.Popen(
-            [*words, "-fflags", "+bitexact", "-f", _FORMATS[suffix], file],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=said,
-        ) as encoder,
-    ):
-        assert encoder.stdin is not None
-        with contextlib.suppress(BrokenPipeError):  # it says itself why it has ended
-            for frame in frames:
-                encoder.stdin.write(np.ascontiguousarray(frame).data)
-            encoder.stdin.close()
-        if encoder.wait() != 0:
-            said.seek(0)
-            lines = said.read().decode(errors="replace").splitlines() or ["it does not say why"]
-            raise RunError(f"-o {target}: ffmpeg cannot encode it ({plain(lines[-1])})")
+    try:
+        write_by_ffmpeg(file, suffix, frames, picture.size)
+    except FfmpegError as error:
+        raise RunError(f"-o {target}: ffmpeg cannot encode it ({error})") from None
 
 
 class _Picture:
-    """Draws frames: what stands still once, robots anew."""
+    """Draws frames: what stands still once, robots and words anew."""
 
     def __init__(self, run: Run, samples: RunSamples, film: Film, speed: float) -> None:
         self._run = run
@@ -176,9 +142,11 @@ class _Picture:
         self._times = samples.times_s()
         self._states = states = States.of(run.experiment)
         named = self._named = state_colours(states.names)
-        self._colours = [named[states.names[state]] for state in states.of_led]
+        self._colours = np.array([_bytes_of(named[states.names[one]]) for one in states.of_led])
         self._trails = film.trails
         self._speed = speed
+        self._read_at = -1
+        self._read: dict[str, NDArray[Any]] = {}
         self.note = coarseness(run, speed / FRAMES_S)
         """A line below the picture; "" for none."""
         self._radius = PROFILES[run.experiment.swarm.profile].radius_m
@@ -190,21 +158,19 @@ class _Picture:
         width, height = self._canvas.get_width_height()
         return width, height
 
-    def palette(self) -> Image.Image:
-        """The colours of all frames of a GIF: those of states as they are, mixtures of these with
+    def palette(self) -> NDArray[np.uint8]:
+        """[colours, 3] of all frames of a GIF: those of states as they are, mixtures of these with
         what may be around robots, and then what stands still needs."""
         states = to_rgba_array([self._named[name] for name in self._states.names])[:, :3]
         around = to_rgba_array([FLOOR, "white", "black", OUTLINE])[:, :3]
         mixtures = [(states[: self._states.known] + colour) / 2 for colour in around]
         own = np.round(255 * np.concatenate([around, states, *mixtures]))[:_MOST_OF_STATES]
-        self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
-        still = Image.fromarray(self._drawn()).quantize(256 - len(own)).getpalette() or []
+        still = Image.fromarray(self._still[..., :3])
+        found = still.quantize(GIF_COLOURS - len(own)).getpalette() or []
         # Pillow finds the nearest colour by its upper bits: none may be close to one of ours.
-        others = np.array(still, dtype=float).reshape(-1, 3)
+        others = np.array(found, dtype=float).reshape(-1, 3)
         far = np.abs(others[:, None] - own).max(axis=2).min(axis=1) > _CLOSE
-        palette = Image.new("P", (1, 1))
-        palette.putpalette(np.concatenate([own, others[far]]).astype(np.uint8).tobytes())
-        return palette
+        return np.concatenate([own, others[far]]).astype(np.uint8)
 
     def _make(self, width_px: int) -> Figure:
         """The floor, and what will be moved over it."""
@@ -223,81 +189,76 @@ class _Picture:
         if self.note:
             _shrink([figure.text(0.03, 0.01, self.note, size=9 * scale)])
         self._axes = axes
-        diameter = np.array([2 * self._radius])
-        point = 1 / points_per_metre(axes)
-        outline = min(0.6, 0.08 * 2 * self._radius / point)
-        self._trail = LineCollection([], colors=OUTLINE, lw=0.6, alpha=0.5, animated=True)
-        self._discs = EllipseCollection(
-            diameter,
-            diameter,
-            np.zeros(1),
-            units="xy",
-            offset_transform=axes.transData,
-            edgecolor=OUTLINE,
-            lw=outline,
-            animated=True,
-        )
-        self._fronts = LineCollection([], colors=OUTLINE, lw=max(outline, 0.3), animated=True)
-        for collection in (self._trail, self._discs, self._fronts):
-            axes.add_collection(collection)
+        self._trail = axes.plot([], [], color=OUTLINE, lw=0.6, alpha=0.5, animated=True)[0]
         names = self._states.names[: self._states.known]
         widest = self._time(self._times[-1])
-        self._clock = figure.text(0.75, 0.88, widest, size=11 * scale, animated=True)
+        clock = figure.text(0.75, 0.88, widest, size=11 * scale, animated=True)
         line = min(0.04, 0.8 / max(1, len(names)))
         scale *= line / 0.04
-        self._counts = []
+        counts = []
         for number, name in enumerate(names):
             low = 0.83 - line * number
             figure.text(0.75, low, "●", size=13 * scale, color=self._named[name])
             widest = f"{name}: {len(self._samples.robots.ids)}"
-            self._counts.append(figure.text(0.78, low, widest, size=11 * scale, animated=True))
-        _shrink([self._clock])
-        _shrink(self._counts)
+            counts.append(figure.text(0.78, low, widest, size=11 * scale, animated=True))
+        _shrink([clock])
+        _shrink(counts)
         self._canvas.draw()  # type: ignore[no-untyped-call]
-        self._still = self._canvas.copy_from_bbox(figure.bbox)  # type: ignore[no-untyped-call]
+        drawn = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+        self._pixels: Frame = np.asarray(drawn)
+        self._still = self._pixels.copy()
+        self._clock = Label(clock, self._still)
+        self._counts = [Label(count, self._still) for count in counts]
+        box = axes.get_window_extent()
+        self._table = (
+            slice(height_px - round(box.y1), height_px - round(box.y0)),
+            slice(round(box.x0), round(box.x1)),
+        )
+        metre = points_per_metre(axes) * _DPI / 72
+        outline = min(0.6 * _DPI / 72, 0.08 * 2 * self._radius * metre)
+        lines = outline, max(outline, 0.3 * _DPI / 72)
+        self._discs = Discs(self._radius * metre, lines, _bytes_of(OUTLINE), self._colours)
         return figure
 
-    def at(self, time_s: float) -> NDArray[np.uint8]:
-        """[height, width, 3] of a time."""
+    def at(self, time_s: float) -> Frame:
+        """[height, width, 4] of a time, until the next is drawn."""
         number = max(0, int(np.searchsorted(self._times, time_s, side="right")) - 1)
         following = min(number + 1, len(self._times) - 1)
-        pair = sorted({number, following})
-        read = self._samples.read(pair)
+        if number != self._read_at:
+            self._read, self._read_at = self._samples.read(sorted({number, following})), number
+            if self._trails:
+                self._before = self._samples.read(
+                    range(max(0, number - _TRAIL_SAMPLES), number + 1)
+                )
+        read = self._read
         span = self._times[following] - self._times[number]
         share = 0.0 if span <= 0 else float(np.clip((time_s - self._times[number]) / span, 0, 1))
         x, y = (_between(read[name], share) for name in ("x_m", "y_m"))
-        self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
+        self._pixels[...] = self._still
         self._draw_objects(read, share)
-        self._draw_trails(number, x, y)
+        if self._trails:
+            self._draw_trails(x, y)
         self._draw_robots(read, x, y, share)
         self._draw_text(read.get("led"), time_s)
-        return self._drawn()
-
-    def _drawn(self) -> NDArray[np.uint8]:
-        drawn = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
-        return np.asarray(drawn)[..., :3].copy()
+        return self._pixels
 
     def _draw_robots(
         self, read: dict[str, NDArray[Any]], x: NDArray[Any], y: NDArray[Any], share: float
     ) -> None:
         led = read["led"][0] & 63 if "led" in read else np.zeros(len(x), dtype=np.uint8)
-        self._discs.set_offsets(np.column_stack([x, y]))
-        self._discs.set_facecolor([self._colours[one] for one in led])
-        self._axes.draw_artist(self._discs)
-        if "heading_rad" in read:
-            heading = _turned(read["heading_rad"], share)
-            front = np.column_stack([np.cos(heading), np.sin(heading)]) * self._radius
-            centres = np.column_stack([x, y])
-            self._fronts.set_segments(list(np.stack([centres, centres + front], axis=1)))
-            self._axes.draw_artist(self._fronts)
+        centres = self._axes.transData.transform(np.column_stack([x, y]))
+        centres[:, 1] = self._pixels.shape[0] - centres[:, 1]
+        heading = _turned(read["heading_rad"], share) if "heading_rad" in read else None
+        self._discs.draw(self._pixels, centres, heading, led, self._table)
 
-    def _draw_trails(self, number: int, x: NDArray[Any], y: NDArray[Any]) -> None:
-        if not self._trails:
-            return
-        before = self._samples.read(range(max(0, number - _TRAIL_SAMPLES), number + 1))
-        xs = np.vstack([before["x_m"], x[None]])
-        ys = np.vstack([before["y_m"], y[None]])
-        self._trail.set_segments(list(np.stack([xs, ys], axis=2).transpose(1, 0, 2)))
+    def _draw_trails(self, x: NDArray[Any], y: NDArray[Any]) -> None:
+        """One line, with gaps between robots."""
+        gap = np.full(len(x), np.nan)
+        for name, now, put in (
+            ("x_m", x, self._trail.set_xdata),
+            ("y_m", y, self._trail.set_ydata),
+        ):
+            put(np.vstack([self._before[name], now, gap]).T.ravel())
         self._axes.draw_artist(self._trail)
 
     def _draw_objects(self, read: dict[str, NDArray[Any]], share: float) -> None:
@@ -313,17 +274,21 @@ class _Picture:
                 self._axes.draw_artist(patch)
 
     def _draw_text(self, led: NDArray[np.uint8] | None, time_s: float) -> None:
-        self._clock.set_text(self._time(time_s))
-        self._axes.draw_artist(self._clock)
+        self._clock.draw(self._pixels, self._time(time_s))
         if led is None:
             return
         shown = self._states.of_robots(led[0])
-        for state, text in enumerate(self._counts):
-            text.set_text(f"{self._states.names[state]}: {np.count_nonzero(shown == state)}")
-            self._axes.draw_artist(text)
+        for state, label in enumerate(self._counts):
+            name = self._states.names[state]
+            label.draw(self._pixels, f"{name}: {np.count_nonzero(shown == state)}")
 
     def _time(self, time_s: float) -> str:
         return f"{time_s:,.1f} s   ({self._speed:g}x)"
+
+
+def _bytes_of(colour: str) -> NDArray[np.uint8]:
+    """[3]: red, green, blue."""
+    return np.round(255 * np.array(to_rgb(colour))).astype(np.uint8)
 
 
 def _shrink(texts: Sequence[Text]) -> None:
