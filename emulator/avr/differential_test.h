@@ -50,7 +50,8 @@ class DifferentialTest {
         std::optional<std::vector<uint16_t>> follow;
         /// Sums that are watched for a carry, of a chip that is followed.
         std::vector<CallWatch::Sum> sums = {};
-        /// A message that comes so many ticks after RUN, in place of those that follow from the seed.
+        /// A message that comes so many ticks after RUN, in place of those that follow from the
+        /// seed.
         struct Heard {
             uint32_t tick;
             message_t message;

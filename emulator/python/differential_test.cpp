@@ -57,8 +57,9 @@ nb::object to_python(const std::optional<DifferentialTest::Difference> &differen
 
 // None if nothing is watched. `calls`: by a function's address how often it was called, its longest
 // call in cycles, and the tick of that one.
-/// Stack, room, calls and sums on the chip. By a function's entry: its calls, cycles of the longest,
-/// its tick; and the addresses that called it, with the first tick. By address: the first carry.
+/// Stack, room, calls and sums on the chip. By a function's entry: its calls, cycles of the
+/// longest, its tick; and the addresses that called it, with the first tick. By address: the first
+/// carry.
 nb::object watched(const DifferentialTest &test) {
     const CallWatch *watch = test.watch();
     if (watch == nullptr) return nb::none();

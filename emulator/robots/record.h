@@ -138,8 +138,8 @@ struct RobotRecord : GuestTime {
     bool may_ask_now : 1 = false;  ///< next_ask() is the time run up to: an interrupt is not over
     /// Though a tick's waits it lets no interrupt through before waits_past_tick is over.
     bool holds_interrupts : 1 = false;
-    bool is_deaf : 1 = false;      ///< its receiver has failed: its inbox stays empty
-    bool is_mute : 1 = false;      ///< its infrared LED has failed: nobody sees what it sends
+    bool is_deaf : 1 = false;  ///< its receiver has failed: its inbox stays empty
+    bool is_mute : 1 = false;  ///< its infrared LED has failed: nobody sees what it sends
     /// So many times running its program had no message when requested, up to QUIET.
     uint8_t nulls : 3 = 0;
     uint8_t noted = 0;  ///< Mistakes

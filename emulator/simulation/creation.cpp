@@ -197,8 +197,7 @@ void Simulation::create_kilobot_channel() {
     const auto beacons = static_cast<uint32_t>(def_.beacons.size());
     auto channel = std::make_unique<KilobotChannel>(
         *def_.kilobot_medium,
-        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead,
-                       def_.overhead},
+        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead, def_.overhead},
         beacons + cells, !floor_.exists() && may_run_ahead(),
         [this](uint32_t robot, Cycles until) { ran_ahead(robot, until); });
     if (!boards_.empty())

@@ -150,8 +150,9 @@ class Simulation {
     void turn(size_t robot, double heading);
 
     /// A frame of an overhead controller begins at `at`, or now if that is over: light on all
-    /// robots that it covers. EngineError if there is no such controller. On the Kilobot medium it meets their own (infrared/light_from_above.h), with the
-    /// ideal one all robots receive it if its CRC is right.
+    /// robots that it covers. EngineError if there is no such controller. On the Kilobot medium it
+    /// meets their own (infrared/light_from_above.h), with the ideal one all robots receive it if
+    /// its CRC is right.
     void shine_from_above(const message_t &message, Cycles at, uint32_t controller = 0);
 
     /// Ambient light from now on, as a reading; and what a lamp of the definition adds right below

@@ -1,5 +1,5 @@
-/// Says its uid to all twice a second, and counts what it hears of each until it is told to stop; then
-/// prints how many frames it has sent, and the counts, a line of `uid frames` each.
+/// Says its uid to all twice a second, and counts what it hears of each until it is told to stop;
+/// then prints how many frames it has sent, and the counts, a line of `uid frames` each.
 #define DEBUG
 #include <debug.h>
 #include <kilolib.h>

@@ -21,8 +21,8 @@ constexpr uint64_t TRIGGERED_CYCLES = 108, TRIGGERED_AGAIN_CYCLES = 40;
 
 }  // namespace
 
-/// Whether the next edge's interrupt does more than take time: it ends a leader, for which the program
-/// may wait, or belongs to a byte whose start has come late.
+/// Whether the next edge's interrupt does more than take time: it ends a leader, for which the
+/// program may wait, or belongs to a byte whose start has come late.
 bool TranslatedRobot::edge_matters() {
     const SeenFrame &seen = *edge_light_;
     const bool ends_leader = seen.slot == STOP_SLOT && measures() != 0;
@@ -44,16 +44,18 @@ bool TranslatedRobot::loses_edge(uint64_t now) const {
     return is_original && place != 0 && std::abs(shift) > MOST_SHIFT;
 }
 
-/// So long the next edge has waited, if it is a byte's start by which the original times the others.
-/// The end of a block is nothing to wait for: passes that repeat are not asked where in one it comes.
+/// So long the next edge has waited, if it is a byte's start by which the original times the
+/// others. The end of a block is nothing to wait for: passes that repeat are not asked where in one
+/// it comes.
 uint16_t TranslatedRobot::delay_of_start(uint64_t now) const {
     const uint64_t delay = now - edge_at_;
     if (seam_.original == 0 || delay <= MOST_HELD) return 0;
     return static_cast<uint16_t>(std::min<uint64_t>(delay, UINT16_MAX));
 }
 
-/// Notes of the next edge's frame that it is lost, if its interrupt comes now, or what is measured of
-/// its begin if a conversion kept it waiting. Those that can be in the inbox no more are forgotten.
+/// Notes of the next edge's frame that it is lost, if its interrupt comes now, or what is measured
+/// of its begin if a conversion kept it waiting. Those that can be in the inbox no more are
+/// forgotten.
 void TranslatedRobot::note_flaw(uint64_t now) {
     constexpr int16_t MOST = 1023;
     SeenFrame &seen = *edge_light_;

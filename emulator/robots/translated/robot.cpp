@@ -240,8 +240,6 @@ bool TranslatedRobot::attend(unsigned what) {
     else if (what < ENGINE_CALLS)
         call(what);
     if (!goes_on() || is_early_) return false;
-    // Such a call moves no interrupt, so that what comes next is what it was.
-    if (what < ENGINE_CALLS && what != CALL_SEND && left > 0 && !limit_changed_) return true;
     for (flag_matches(); !message_is_due() && serve_interrupt();) flag_matches();
     if (message_is_due() || cycle() >= end_of_run()) return false;
     set_limit();

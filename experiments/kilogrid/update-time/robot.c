@@ -1,6 +1,6 @@
 // Aggregation under informed robots, with an update time (docs/update_time.md): robots gather on a
-// black and a white stripe, count who rests around them once in an update time, and leave by chance,
-// the less likely the more they have counted. Written from the facts of that page.
+// black and a white stripe, count who rests around them once in an update time, and leave by
+// chance, the less likely the more they have counted. Written from the facts of that page.
 //
 // One file for the three types: INFORMED_FOR is 0, BLACK or WHITE_CELL.
 #include <kilolib.h>
