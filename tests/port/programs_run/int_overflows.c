@@ -1,6 +1,5 @@
 // expect: int-overflow warns 9
-// Energy that is stored and shown only where it is large: nothing else tells that it fell to below
-// 0.
+// Energy that is stored, and shown only where it is large: nothing else shows that it is below 0.
 #include <kilolib.h>
 
 static int energy;
