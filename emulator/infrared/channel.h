@@ -48,7 +48,7 @@ struct ChannelContext {
     std::vector<Emission> &emissions;  ///< the robots' context has the same
     Cycles step;                       ///< length of a world step
     bool run_ahead;                    ///< false: robots are executed tick by tick
-    /// What each overhead controller covers; empty: there is one, over all robots.
+    /// The region that each overhead controller covers; empty: there is one, over all robots.
     const std::vector<Region> &overhead;
 };
 

@@ -79,8 +79,8 @@ class RobotReceiver {
     }
 
   private:
-    /// What every frame needs of a robot's receiver: side by side, since its record has other lines
-    /// of the cache.
+    /// The part of a robot's receiver that every frame needs: side by side, since its record has
+    /// other lines of the cache.
     struct Receiver {
         float error_mm;           ///< that it takes every distance to be more than it is
         uint16_t low_at_contact;  ///< the first entry of its gains

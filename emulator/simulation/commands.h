@@ -1,4 +1,4 @@
-/// What happens to robots at given times: messages from outside the channel ([[command]] and the
+/// Events that robots meet at given times: messages from outside the channel ([[command]] and the
 /// orders of tests), and failures ([[faults.robot]]).
 #ifndef KILOTWIN_SIMULATION_COMMANDS_H
 #define KILOTWIN_SIMULATION_COMMANDS_H

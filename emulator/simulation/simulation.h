@@ -87,7 +87,7 @@ struct SimulationDef {
         lab;  ///< by index, one for each robot; empty: uid index + 1, the profile's duties
     std::vector<Command> commands;
     std::vector<RobotFault> faults = {};
-    /// What each overhead controller covers; empty: there is one, over all robots.
+    /// The region that each overhead controller covers; empty: there is one, over all robots.
     std::vector<Region> overhead = {};
     /// From one sample to the next, from RUN on. Each is taken at the end of the world step in
     /// which it is due; of several that are due in one step only one is.

@@ -17,7 +17,7 @@ struct WatchdogReset {
     /// For people: what hung, and where.
     std::string text() const;
 
-    /// Of a program that is reset again and again the 1st, 2nd, 4th, 8th ... are reported.
+    /// A program may be reset again and again: the 1st, 2nd, 4th, 8th ... are reported.
     bool is_reported() const { return (number & (number - 1)) == 0; }
 };
 

@@ -37,7 +37,7 @@ constexpr uint8_t SAVED[] = {0, 1, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 30, 3
 // A program may stay away from its main loop for so many before that is told.
 constexpr uint16_t MOST_TICKS_AWAY = BusyWatch::WARN_AFTER / TICK_CYCLES;
 
-/// Of the ones in a byte, by its value.
+/// Cycles for the ones in a byte, by its value.
 struct CyclesOfBits {
     uint16_t of[256] = {};
     constexpr CyclesOfBits() {
@@ -290,8 +290,7 @@ uint64_t TranslatedRobot::next_of_frame() const {
                                     : TranslatedImage::NO_TIME;
 }
 
-/// Of the runtime's reader only the flag "in the leader" is kept up to date: nothing else of it is
-/// read.
+/// Keeps the flag "in the leader" of the runtime's reader up to date: nothing else of it is read.
 void TranslatedRobot::take_edge(uint16_t delay) {
     const unsigned slot = edge_light_->slot++;
     if (slot % BYTE_SLOTS == 0) edge_light_->start_delay = delay;

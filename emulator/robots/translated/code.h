@@ -47,7 +47,7 @@ typedef struct translated_chip {
     uint8_t passed;          ///< of a guest: set by passes of the main loop, and within delay()
     int64_t held;            ///< of a guest: `left` when interrupts were last held back
 
-    // Of a guest: passes of loops.
+    // Passes of a guest's loops.
     uint8_t repeats;          ///< `left` counts to an interrupt, not to the end of a run
     uint8_t executes;         ///< each pass, also those that change nothing: for tests
     uint64_t net;             ///< translated_weight() of what it has changed so far of SRAM, but
@@ -57,9 +57,9 @@ typedef struct translated_chip {
     int64_t pass_cycles;      ///< with CHECKPOINT: passes from here on change nothing and take so
                               ///< long; 0: not known, TO_RECALL
     int32_t recalls_in;       ///< passes of the main loop until the next TO_RECALL
-    /// What the engine does in the midst of a region. Of the state the program counter, the stack
-    /// pointer, I, r24, r25, `left` and `changed` are here meanwhile; all may be other ones
-    /// afterwards. False: the region has to be left.
+    /// Lets the engine act in the midst of a region. The program counter, the stack pointer, I,
+    /// r24, r25, `left` and `changed` are in the state meanwhile; all may have changed afterwards.
+    /// False: the region has to be left.
     uint8_t (*attend)(struct translated_chip *chip, unsigned what);
     /// A register with PIN_EFFECT has got another value; `left` is that of the instruction's begin.
     /// Bits for `changed`.
@@ -143,8 +143,8 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 // the compiler leaves out.
 #ifdef TRANSLATED_CODE
 
-/// Of a guest: what a pass of a loop finds on the stack when it begins lies above `top`. A function
-/// that returns farther than that has changed it, since who calls it the next time may be another.
+/// A pass of a guest's loop finds what lies on the stack above `top` when it begins. A function
+/// that returns farther than that has changed it, since another may call it the next time.
 #ifdef TRANSLATED_GUEST
 #define PASS_TOP uint16_t top = chip->pass->stack
 #define RETURNED changed |= sp > top;
@@ -224,7 +224,7 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 #define BLOCK(at, last) \
     block_##at : if (__builtin_expect(left <= (last), 0)) STOP(at, 0, INTERPRET_REST);
 #endif
-/// Of a guest, where a division begins; in any turn of it.
+/// Stands where a division of a guest begins, or in any turn of it.
 #define DIVIDES_BY(at, divisor)                              \
     if (__builtin_expect((divisor) == 0, 0)) {               \
         M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8); \

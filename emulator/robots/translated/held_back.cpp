@@ -71,8 +71,8 @@ void leave_out_turns(Tried &chip) {
 
 }  // namespace
 
-/// What code does meanwhile follows from its state alone, so that it is tried on a copy. It may be
-/// held back for longer: then it is asked again.
+/// Tries on a copy what the code does meanwhile, which follows from its state alone. Interrupts may
+/// be held back for longer: then this is called again.
 uint64_t TranslatedRobot::held_back_until() const {
     static constexpr registers_t REGISTERS = {read_effect, write_effect};
     const bool one_waits = image_.flagged != TranslatedImage::NO_TIME;

@@ -83,8 +83,8 @@ std::optional<int16_t> TranslatedRobot::take_flaw(uint64_t begin) {
     return high_gain;
 }
 
-/// What is left of the conversion that the last edge has triggered. None does while a sensor's goes
-/// on.
+/// Cycles that are left of the conversion that the last edge has triggered. None triggers one while
+/// a sensor's goes on.
 uint64_t TranslatedRobot::cycles_of_triggered() const {
     if (rare_ == nullptr) return 0;
     const uint64_t begin = cycle() + LOOK_CYCLES;

@@ -62,8 +62,9 @@ void TranslatedRobot::note(uint8_t mistake, const char *text) {
     robot_.note(mistake, text, avr_code_path(pc, data, flash));
 }
 
-/// Of the instruction at the program counter, which the translation has left to the interpreter:
-/// accesses outside of SRAM and jumps to where no code is come here. True if the robot has stopped.
+/// Looks at the instruction at the program counter, which the translation has left to the
+/// interpreter: accesses outside of SRAM and jumps to flash without code come here. True if the
+/// robot has stopped.
 bool TranslatedRobot::makes_mistake() {
     const uint16_t word = flash_word(flash, pc), stack = this->word(SPL);
     if (word == NO_CODE) {

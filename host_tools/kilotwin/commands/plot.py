@@ -32,7 +32,7 @@ class Figure(StrEnum):
 
 
 class Statistic(StrEnum):
-    """What a cell of a heat map shows of its trials."""
+    """Statistics of its trials that a cell of a heat map shows."""
 
     median = "median"
     iqr = "iqr"

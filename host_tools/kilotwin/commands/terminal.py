@@ -38,7 +38,7 @@ def recorded(done_s: float, wall_s: float, duration_s: float) -> str:
 
 
 HowFar = Callable[[float, float, float], str]
-"""Of seconds done, of wall time, and of all."""
+"""Text of a progress line, by seconds done, wall time, and seconds in all."""
 
 
 class Lines:

@@ -177,7 +177,7 @@ class Experiment:
         return self.group_of(robot).program
 
     def notes(self) -> Iterator[str]:
-        """What is to be known of an emulated run of it before it begins."""
+        """Lines that a user reads before an emulated run of it begins."""
         yield from self.why_native()
         commands, record = self.keys.command, self.keys.record
         if (

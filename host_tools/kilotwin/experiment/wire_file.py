@@ -110,7 +110,7 @@ class Wire:
     values: dict[str, Any]
 
     def messages(self) -> list[bytes]:
-        """What all robots are sent before the run: nine bytes and the type each."""
+        """Messages to all robots before the run: nine bytes and the type each."""
         packed, keyed = bytearray(DATA_BYTES), []
         for name, parameter in self.keys.parameter.items():
             number = parameter.on_air.number(self.values[name])

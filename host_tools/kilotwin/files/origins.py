@@ -22,9 +22,10 @@ _PACKAGE = "kilotwin/__init__.py"  # not in what a clone installs, which leads t
 
 @dataclass(frozen=True)
 class Origin:
-    """What pip is told. `wheel`: a file that the repository carries, in its folder WHEELS.
+    """The place that pip installs Kilotwin from.
 
-    `python`: the version of Python that it is for. `compiled`: pip compiles it, which takes
+    `wheel`: a file that the repository carries, in its folder WHEELS. `python`: the version of
+    Python that it is for. `compiled`: pip compiles it, which takes
     libraries.
     """
 

@@ -16,9 +16,9 @@ KINDS = {
 }
 """Words of each kind's files, beside those of all."""
 PACKAGES = ("gcc", "gcc-avr", "avr-libc", "binutils-avr", "tcc")
-"""Of Debian: what programs are built with."""
+"""Debian packages that programs are built with."""
 PACKAGES_TO_COMPILE = ("g++", "libeigen3-dev", "librandom123-dev", "libsimavr-dev")
-"""What pip compiles Kilotwin with, beside CMake and ninja, which it brings."""
+"""Debian packages that pip compiles Kilotwin with, beside CMake and ninja, which it brings."""
 
 
 def write(kind: str, folder: Path, origin: Origin) -> list[Path]:

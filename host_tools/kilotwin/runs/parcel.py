@@ -26,7 +26,7 @@ _OURS = "kilotwin"
 # Keys whose texts name files or folders; those of Python end in `:name`.
 _FILES = {"program", "hex", "include", "wire", "lab", "image", "configuration", "kilobot_ids"}
 _PYTHON = {"function", "program"}
-# What of a program's folders is kept where its #includes cannot be told from its text.
+# Files of a program's folders that are kept where its text does not show its #includes.
 _C_FILES = {".c", ".h", ".inc", ".def", ".s", ".S"}
 _MOST_C_FILES = 500
 

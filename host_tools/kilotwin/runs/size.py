@@ -93,7 +93,7 @@ def size_of(keys: ExperimentSchema) -> Size:
 
 
 def bytes_of(folder: Path) -> int:
-    """What a folder takes."""
+    """Bytes of all files in a folder."""
     return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
 
 

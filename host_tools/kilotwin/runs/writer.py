@@ -243,8 +243,8 @@ def to_parquet(stream: Path, target: Path, *, torn: bool = False) -> None:
 
 
 def _encoding(schema: pa.Schema) -> dict[str, Any]:
-    """What takes the least room: floats byte by byte, whole numbers as differences, words by their
-    numbers: 0.57 of what Parquet takes by default."""
+    """The encoding that takes the least room: floats byte by byte, whole numbers as differences,
+    words by their numbers: 0.57 of what Parquet takes by default."""
     encodings = {
         pa.float32(): "BYTE_STREAM_SPLIT",
         pa.float64(): "BYTE_STREAM_SPLIT",

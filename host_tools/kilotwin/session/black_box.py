@@ -1,5 +1,5 @@
-"""What the engine writes down as it runs, in a file that outlives its process; and the watch that
-notices by it when a robot's program does not come back, however it holds its process."""
+"""A file in which the engine notes what it does, and which outlives its process; and the watch that
+sees by it when a robot's program does not come back, however it holds its process."""
 
 import contextlib
 import os

@@ -303,7 +303,7 @@ class Page {
     }
   }
 
-  // What the colours mean where they are of values.
+  // The scale of colours where they are of values.
   private tellValues(): void {
     const told = this.panes.flatMap(({ values: { name, least, most } }) => {
       if (name === null) return [];

@@ -17,7 +17,7 @@ _SHARE_ERROR = 1e-6
 def informed_problems(
     swarm: InformedShares, controller: Controller | None, sites: Sequence[str], size: int
 ) -> Iterator[tuple[str, KeyPath]]:
-    """Of a swarm of that size in an experiment with these sites."""
+    """Problems of a swarm of that size in an experiment with these sites."""
     for name in swarm.informed_for:
         if name not in sites:
             known = ", ".join(sites) or "there are none"
@@ -41,7 +41,7 @@ def informed_problems(
 
 
 def controller_problems(controller: Controller | None) -> Iterator[tuple[str, KeyPath]]:
-    """Of [controller] alone."""
+    """Problems that [controller] has by itself."""
     if controller and controller.neighbour_timeout_s < controller.neighbour_window_s:
         what = (
             f"neighbours are forgotten after {controller.neighbour_timeout_s:g} s, before their "

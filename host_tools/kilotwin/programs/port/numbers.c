@@ -1,6 +1,6 @@
-/// What the compiler's checks call on the chip where a number does not fit its type
-/// (numbers.py). The calls are watched; a handler that does something of its own stays a function
-/// of its own.
+/// Handlers that the compiler's checks call on the chip where a number does not fit its type
+/// (numbers.py). The calls are watched. Each handler does something of its own, so that the
+/// compiler does not make one function of several.
 #include <avr/io.h>
 
 void __ubsan_handle_add_overflow(void *place, void *left, void *right) { GPIOR0 = 1; }

@@ -50,8 +50,9 @@ RARE = (
     "__vector_11",
     "__vector_23",
 )
-"""Of a robot's runtime what runs at power-up, at a command, or in no guest, since the engine stands
-for it. It is not translated: a small program's translation would take 3.7 times as long with it."""
+"""Functions of a robot's runtime that run at power-up, at a command, or in no guest, since the
+engine stands for them. They are not translated: a small program's translation would take 3.7 times
+as long with them."""
 _NEEDED = ("kilo_ticks", "kilo_tx_period", "kilolib_robot", "kilo_message_rx", "kilo_start")
 _RECEIVER = "infrared_receive.c"
 _MESSAGE_IN_READER = 6  # offset in infrared_reader_t

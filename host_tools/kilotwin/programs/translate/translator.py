@@ -400,7 +400,7 @@ class _Code:
             jumps = [last for last in lasts if last.name in _CALLS | _JUMPS]
             targets = [jump.target for jump in jumps if jump.target != 0]
             goes_on = [] if lasts[-1].name in _NOWHERE | _JUMPS else [lasts[-1].end]
-            # Of a vector what comes behind the jump only fills it up.
+            # Behind the jump of a vector there is nothing but filling.
             is_vector = functions[at][-1][-1].end <= _VECTORS * _VECTOR_BYTES
             wanted = [targets[0], *wanted] if is_vector else [*goes_on, *wanted, *targets]
         first = [block for at in sorted(merged) for block in functions[at]]

@@ -127,7 +127,7 @@ def _paint(
     places: NDArray[np.int32],
     shapes: NDArray[np.uint32],
 ) -> None:
-    """What is wholly covered first; then edges, but for those that a later robot hides.
+    """Draws what is wholly covered first; then edges, but for those that a later robot hides.
 
     `picture`: its pixels and the robot that hides others in each.
     """

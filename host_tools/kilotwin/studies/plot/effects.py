@@ -128,7 +128,7 @@ def _maps(
 def _range_of(
     column: Column, of_cells: dict[str, dict[tuple[Any, ...], float]]
 ) -> tuple[float, float]:
-    """What is white and what is black: the same in all maps of a figure."""
+    """Values that are white and black: the same in all maps of a figure."""
     if column.unit == "share":
         return 0.0, 1.0
     values = [value for cells in of_cells.values() for value in cells.values()]
@@ -147,7 +147,7 @@ STATISTICS: dict[str, Callable[[Sequence[float]], float]] = {
     "iqr": _quartile_range,
     "mean": lambda values: float(np.mean(values)),
 }
-"""What a cell of a heat map may show of its trials."""
+"""Statistics of its trials that a cell of a heat map may show."""
 _STATISTIC_NAMES = {"median": "median", "iqr": "interquartile range", "mean": "mean"}
 _MOST_PANELS = 12
 

@@ -45,8 +45,8 @@ class Budget:
 
 @dataclass(frozen=True)
 class How:
-    """What programs are held against. `tasks`: scenarios in which the program takes the place of
-    their robots' own; none: those beside it."""
+    """Rules that programs are held against. `tasks`: scenarios in which the program takes the place
+    of their robots' own; none: those beside it."""
 
     include: Sequence[str]
     define: Sequence[str]
@@ -143,7 +143,7 @@ def steps(written: Sequence[str], how: How, display: Display, notify: Notify) ->
 
 
 def _in_place(file: Path, program: Program) -> Setting:
-    """What puts the program in the place of that of a scenario's first robots."""
+    """The setting that gives a scenario's first robots this program."""
     with contextlib.suppress(OSError, ValueError):
         tables = tomllib.loads(file.read_text(encoding="utf-8"))
         keys = ("robots", "0", "program") if "robots" in tables else ("swarm", "program")

@@ -16,7 +16,7 @@ from typing import BinaryIO
 from kilotwin.files.confinement import SINGLE_THREADED
 from kilotwin.studies.sweep.measure import Failed, Measured, Task
 
-# What the helper runs, with its parent's process id.
+# The helper's program, which gets its parent's process id.
 _SERVER = "from kilotwin.studies.sweep.confined_trial import serve; serve({})"
 
 _of_thread = threading.local()
