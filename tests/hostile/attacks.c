@@ -179,7 +179,8 @@ static void open_by_32_bit_code(void) { ASM("mov $5, %eax; int $0x80"); }
 static void open_by_a_wide_number(void) {
     printf("open %ld", call(0x100000002, (long)VICTIM, 0, 0, 0));
 }
-static void sysenter(void) { ASM("mov $20, %eax; sysenter"); }
+// Its sixth argument lies at %ebp: an address that is there by chance would make it a system call.
+static void sysenter(void) { ASM("mov $20, %eax; xor %ebp, %ebp; sysenter"); }
 static void into_32_bit_code(void) { ASM("push $0x23; push $0x1000; lretq"); }
 static void far_return_into_nothing(void) { ASM("push $0; push $0; iretq"); }
 static void frame_of_no_signal(void) {

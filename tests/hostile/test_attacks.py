@@ -56,7 +56,7 @@ SLEEPS = "or slept for 10 s, while its clock stood still"
 # Ends of those of OTHERS that are stopped: a part of what is said.
 STOPPED = {
     "open_by_32_bit_code": REFUSED,
-    "sysenter": SEGMENTATION,
+    "sysenter": f"{SEGMENTATION}|Illegal instruction",  # by the processor's maker
     "into_32_bit_code": SEGMENTATION,
     "far_return_into_nothing": SEGMENTATION,
     "talk_to_a_port": SEGMENTATION,
@@ -147,7 +147,7 @@ def test_each_is_refused_and_named_or_goes_on_as_said(attacked: Ran) -> None:
         if attack == UNNUMBERED:
             wanted = "Bad system call"
         assert len(ends) == bool(wanted), (attack, said.get(robot))
-        assert all(wanted in text for text in ends), (attack, ends)
+        assert all(re.search(wanted, text) for text in ends), (attack, ends)
     failed = {robot["robot"] for robot in attacked.summary["robots_failed"]}
     assert failed == {
         robot for robot, attack in enumerate(ATTACKS) if attack in CALLS or attack in STOPPED

@@ -154,7 +154,7 @@ def _kind(table: KeyPath, run: Robots | Grid, common: Cpu | None, medium: str) -
         if run.runtime is not None:
             what = "a 'hex' has its own runtime; leave runtime out"
             yield Problem(what, ((*table, "runtime"),))
-        if isinstance(run, Robots) and "printf" in run.model_fields_set:
+        if isinstance(run, Robots) and run.printf == "floats":
             what = "a 'hex' has its own printf(); leave printf out"
             yield Problem(what, ((*table, "printf"),))
         if run.cpu not in (None, "avr"):
