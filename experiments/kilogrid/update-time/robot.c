@@ -54,6 +54,8 @@
 
 typedef enum { WALK, ENTER, STAY, LEAVE, OBSTACLE } state_t;
 typedef enum { STANDS, STRAIGHT, LEFT, RIGHT } motion_t;
+// WALK: straight, a turn. LEAVE: on the site, beside it. OBSTACLE: a turn, straight.
+typedef enum { FIRST, SECOND } part_t;
 
 // By the last cell that was received; for metrics too, one for each colour.
 static volatile bool on_black, on_white, on_wall;
@@ -63,7 +65,7 @@ static volatile uint8_t neighbours[MOST_NEIGHBOURS], received, weights;
 
 static volatile state_t state;
 static motion_t motion;
-static bool turns;      // a WALK or an OBSTACLE that does not go straight now
+static part_t part;
 static uint32_t until;  // tick at which what it does ends
 static uint32_t leaves_since;
 static uint32_t updated_at;
@@ -101,7 +103,7 @@ static bool may_stay(void) {
 static void walk(uint32_t now) {
     state = WALK;
     set_color(RGB(0, 0, 0));
-    turns = false;
+    part = FIRST;
     until = now + WALK_TICKS;
     move(STRAIGHT);
 }
@@ -124,14 +126,14 @@ static void leave(uint32_t now) {
     state = LEAVE;
     set_color(RGB(0, 1, 0));
     leaves_since = now;
-    turns = true;  // still on the site
+    part = FIRST;
     move(STRAIGHT);
 }
 
 static void avoid(uint32_t now) {
     state = OBSTACLE;
     set_color(RGB(1, 0, 0));
-    turns = true;
+    part = FIRST;
     until = now + AVOID_TURN_TICKS;
     move(LEFT);
 }
@@ -151,8 +153,8 @@ static void walk_on(uint32_t now) {
     } else if (may_stay()) {
         enter(now);
     } else if (now >= until) {
-        turns = !turns;
-        if (turns) {
+        part = part == FIRST ? SECOND : FIRST;
+        if (part == SECOND) {
             const float angle = turn_deg();
             until = now + (uint32_t)(fabsf(angle) * S / TURN_DEG_PER_S);
             move(angle > 0 ? LEFT : RIGHT);
@@ -183,25 +185,25 @@ static void stay_on(uint32_t now) {
 }
 
 static void leave_on(uint32_t now) {
-    if (turns && !may_stay()) {
-        turns = false;
+    if (part == SECOND) {
+        if (now >= until) walk(now);
+    } else if (!may_stay()) {
+        part = SECOND;
         until = now + LEFT_TICKS;
-    } else if (turns && now - leaves_since >= MOST_LEAVE_TICKS) {
+    } else if (now - leaves_since >= MOST_LEAVE_TICKS) {
         stay(now);
-    } else if (!turns && now >= until) {
-        walk(now);
     }
 }
 
 static void avoid_on(uint32_t now) {
     if (now < until) return;
-    if (turns) {
-        turns = false;
-        until = now + AVOID_TICKS;
-        move(STRAIGHT);
-    } else {
+    if (part == SECOND) {
         walk(now);
+        return;
     }
+    part = SECOND;
+    until = now + AVOID_TICKS;
+    move(STRAIGHT);
 }
 
 static void lengthen_update(void) {
