@@ -113,6 +113,8 @@ def _returns(
             goes_on = _returns(program, target[1], known, open_ | {name})
             if goes_on and instruction.ends:
                 return True
+        elif target is not None and instruction.ends:
+            return True  # into the midst of another function, as parts of libgcc do
         if instruction.skips:
             waiting.append(index + 2)
         if goes_on and not instruction.ends:
