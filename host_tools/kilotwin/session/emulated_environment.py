@@ -37,8 +37,8 @@ class EmulatedEnvironment(Companion):
         self._camera = EmulatedCamera(keys.environment, keys.seed, experiment.uid_of)
         self._delay_s = keys.environment.delay_s
         self._step_ticks = keys.engine.step_ticks
-        self._controllers = [EmulatedOverhead() for _ in self.play.outboxes.boxes]
-        self._phases_s = [phase_s(keys.seed, number) for number in range(len(self._controllers))]
+        boxes = self.play.outboxes.boxes
+        self._controllers = [EmulatedOverhead(phase_s(keys.seed, n)) for n in range(len(boxes))]
         self._pictures = 0
         self._developing: deque[tuple[int, Seen]] = deque()
         """Pictures that the program has not been shown, and the tick at which it will be."""
@@ -102,7 +102,7 @@ class EmulatedEnvironment(Companion):
             for sending in self.play.sendings(begin_s, end_s, number):
                 controller.take(sending.packet, sending.there_s)
             for at_s, frame in controller.frames(begin_s, end_s):
-                self._simulation.shine(frame, at_s - now_s + self._phases_s[number], number)
+                self._simulation.shine(frame, at_s - now_s, number)
         self._lit_until = until
 
     def summary(self) -> dict[str, Any]:

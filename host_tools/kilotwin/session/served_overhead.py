@@ -21,8 +21,8 @@ class ServedOverhead(EachTick):
     ) -> None:
         """`link`: a name for the port, or none; InputError if it cannot be. `later_s`: its
         phase_s()."""
-        self._simulation, self._number, self._later_s = simulation, number, later_s
-        self._controller = EmulatedOverhead()
+        self._simulation, self._number = simulation, number
+        self._controller = EmulatedOverhead(later_s)
         self._terminal = PseudoTerminal(link, "--link-ohc")
         self.ran_at: int | None = None
         """The engine's tick at its first RUN."""
@@ -39,7 +39,7 @@ class ServedOverhead(EachTick):
         while data := self._terminal.read(0):
             self._controller.take(data, now_s)
         for at_s, frame in self._controller.frames(now_s, now_s + TICK_S):
-            self._simulation.shine(frame, at_s - now_s + self._later_s, self._number)
+            self._simulation.shine(frame, at_s - now_s, self._number)
             if self.ran_at is None and frame[DATA_BYTES] == RUN[DATA_BYTES]:
                 self.ran_at = now
 

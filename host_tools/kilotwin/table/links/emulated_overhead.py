@@ -48,9 +48,10 @@ def phase_s(seed: int, controller: int) -> float:
 
 
 class EmulatedOverhead:
-    """The controller's program."""
+    """The controller's program. Its frames begin `later_s` later: its phase_s()."""
 
-    def __init__(self) -> None:
+    def __init__(self, later_s: float = 0.0) -> None:
+        self._later_s = later_s
         self._stream = ToDevice()
         self._packets: deque[tuple[float, Packet]] = deque()
         self._line_free_s = float("-inf")
@@ -74,8 +75,8 @@ class EmulatedOverhead:
             self._packets.append((at_s, packet))
 
     def frames(self, begin_s: float, end_s: float) -> list[Frame]:
-        """The frames that begin in [begin_s, end_s), which is where the last call ended."""
-        return list(self._frames(begin_s, end_s))
+        """The frames of [begin_s, end_s), which is where the last call ended."""
+        return [(at_s + self._later_s, frame) for at_s, frame in self._frames(begin_s, end_s)]
 
     def _frames(self, begin_s: float, end_s: float) -> Iterator[Frame]:
         self._next_s = max(self._next_s, begin_s)
