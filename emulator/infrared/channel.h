@@ -82,7 +82,7 @@ class Channel {
     virtual void failed(uint32_t /*robot*/) {}
 
     /// A frame of an overhead controller begins at `at`, not before the current step: light on all
-    /// robots that it covers. It yields to nobody, and does not overlap its own frames.
+    /// robots that it covers. It does not yield, and does not overlap its own frames.
     virtual void shine_from_above(const message_t &message, Cycles at, uint32_t controller) = 0;
 
     /// When the next of these frames may first matter to a robot; NEVER without one.

@@ -64,7 +64,7 @@ class FramesInFlight {
         bool heeds_light = false;   ///< a robot that is told when light falls on it
         bool is_tentative = false;  ///< a robot that is run tentatively (tentative_runs.h)
         bool is_deaf = false;       ///< a robot on which no light falls any more
-        bool is_mute = false;       ///< one whose light reaches nobody
+        bool is_mute = false;       ///< one whose light reaches no receiver
     };
 
     /// No frame, and no light on any of so many stations.

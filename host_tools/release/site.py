@@ -12,7 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "build/docs/source"
 
-# What the search needs of a browser on pages that are opened from a disk.
+# Parts of a browser that the search needs on pages that are opened from a disk.
 WORKER = Path(__file__).with_name("iframe-worker.js")
 
 LINK = re.compile(r"(\]\()(?!\w+:)([^)#\s]+)(#[^)\s]*)?(\))")

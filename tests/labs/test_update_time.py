@@ -15,7 +15,7 @@ MINUTE_TICKS, MORE_TICKS, FIRST_TICKS = 1920, 4, 32
 
 
 def kind_of(column: int, row: int) -> str:
-    """What a cell is by the published layout: a band two wide, and stripes of 3 x 16 within."""
+    """Kind of a cell by the published layout: a band two wide, and stripes of 3 x 16 within."""
     if min(column, row) < 2 or max(column, row) >= SIDE - 2:
         return "wall"
     if column < 5:

@@ -60,7 +60,7 @@ typedef enum { FIRST, SECOND } part_t;
 // By the last cell that was received; for metrics too, one for each colour.
 static volatile bool on_black, on_white, on_wall;
 
-// Who has been received since the last update: the interrupt fills it, loop() empties it.
+// Ids that were received since the last update: the interrupt fills it, loop() empties it.
 static volatile uint8_t neighbours[MOST_NEIGHBOURS], received, weights;
 
 static volatile state_t state;

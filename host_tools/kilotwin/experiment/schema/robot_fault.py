@@ -33,7 +33,7 @@ class RobotFault(Section):
     share: Share | None = None
     """In place of `robots`: a share of all, drawn; rounded to whole robots."""
     probability: Share = 1.0
-    """Of each of them, that it fails."""
+    """Probability that each of them fails."""
     left: Factor | None = None
     """drift: what the speed of the left motor is multiplied by; 1 if left out."""
     right: Factor | None = None

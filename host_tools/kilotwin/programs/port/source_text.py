@@ -247,7 +247,7 @@ def missing_returns(warnings: Sequence[str]) -> Iterator[Finding]:
             yield Finding(
                 "no-return",
                 Weight.WARNS,
-                "the function comes to its end without a value, and whoever uses it gets what a "
+                "the function comes to its end without a value, and its caller gets what a "
                 "register held",
                 "return a value there too, or make the function void",
                 Place(str(Path(file).resolve()), int(line)),

@@ -44,11 +44,16 @@ def tearing(
         instruction = instructions[at]
         if not _is_access(instruction) or instruction.k not in shared:
             continue
-        is_next = last is not None and at - last.end <= _MOST_BEFORE_CALL
-        if is_next and last is not None and abs(instruction.k - last.k) == 1:
+        if last is not None and _follows(last, instruction):
             places.add(at)
         last = instruction
     return places
+
+
+def _follows(last: Instruction, instruction: Instruction) -> bool:
+    """Whether both access neighbouring bytes, and little code is between them."""
+    near = instruction.address - last.end <= _MOST_BEFORE_CALL
+    return near and abs(instruction.k - last.k) == 1
 
 
 def _is_access(instruction: Instruction) -> bool:
