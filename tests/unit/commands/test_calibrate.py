@@ -14,7 +14,8 @@ import pytest
 from tests.unit.lab.fake_table import FakeTable
 from typer.testing import CliRunner
 
-from kilotwin.commands import calibrate, calibrate_motors, calibrate_uid
+from kilotwin.commands import calibrate
+from kilotwin.commands.calibrate import motors, uid
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment.lab_file import read_lab
 from kilotwin.table.lab.lab_store import lab_of
@@ -33,8 +34,8 @@ def table(monkeypatch: pytest.MonkeyPatch) -> FakeTable:
     def link(*_: object) -> Iterator[FakeTable]:
         yield table
 
-    monkeypatch.setattr(calibrate_motors, "WallClock", lambda: table)
-    for module in (calibrate_motors, calibrate_uid):
+    monkeypatch.setattr(motors, "WallClock", lambda: table)
+    for module in (motors, uid):
         monkeypatch.setattr(module, "link_to_robots", link)
     return table
 
@@ -124,7 +125,7 @@ def test_keys_move_a_robot_and_save_it(
     monkeypatch.setattr(sys, "stdin", os.fdopen(slave, "r", closefd=False))
     typed = threading.Timer(0.5, os.write, (master, b"qqeS3x"))  # what comes before is flushed
     typed.start()
-    result = calibrate_motors._guided(
+    result = motors._guided(
         table, tmp_path / "lab.toml", lab_of(tmp_path / "lab.toml"), frozenset({2}), "ohc:x"
     )
     assert result["failed"] == []

@@ -13,7 +13,8 @@ import pytest
 from tests.unit.lab.fake_pairs import FakePairs
 from typer.testing import CliRunner
 
-from kilotwin.commands import calibrate, calibrate_ranging, steps
+from kilotwin.commands import calibrate, steps
+from kilotwin.commands.calibrate import ranging
 from kilotwin.errors import DeviceError, InputError, InterruptError
 from kilotwin.experiment.lab_file import read_lab
 from kilotwin.files.headers import GAIN_DISTANCES_MM
@@ -30,7 +31,7 @@ def robots(monkeypatch: pytest.MonkeyPatch) -> FakePairs:
     def link(*_: object) -> Iterator[FakePairs]:
         yield pairs
 
-    monkeypatch.setattr(calibrate_ranging, "link_to_robots", link)
+    monkeypatch.setattr(ranging, "link_to_robots", link)
     return pairs
 
 
@@ -106,7 +107,7 @@ def test_a_person_is_told_each_distance_and_may_leave(
 ) -> None:
     master, slave = os.openpty()
     monkeypatch.setattr(sys, "stdin", os.fdopen(slave, "r", closefd=False))
-    person = calibrate_ranging._Person(robots, "grid", steps.Silent(), 14)
+    person = ranging._Person(robots, "grid", steps.Silent(), 14)
     for mm, key in ((33, b"?\n"), (38, b"\n")):
         threading.Timer(0.3, os.write, (master, key)).start()
         assert person.place(mm) is robots

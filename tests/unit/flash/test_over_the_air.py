@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from kilotwin.commands.flash_robots import parse_uids
+from kilotwin.commands.flash.robots import parse_uids
 from kilotwin.errors import DeviceError, InputError, InterruptError
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import ALL_ROBOTS

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.calibrate_motors import LabFile, usual_duties
+from kilotwin.commands.calibrate.motors import LabFile, usual_duties
 from kilotwin.commands.options import Buses, Json, Quiet, Size
 from kilotwin.commands.robots_via import RobotsVia, link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError

@@ -2,7 +2,7 @@
 
 import typer
 
-from kilotwin.commands import calibrate_motors, calibrate_ranging, calibrate_uid
+from kilotwin.commands.calibrate import motors, ranging, uid
 
 app = typer.Typer(
     help="Sets robots' duties, gain tables and uids, in their EEPROM and in the lab's file.",
@@ -11,6 +11,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command("motors", epilog=calibrate_motors.EXAMPLES)(calibrate_motors.motors)
-app.command("ranging", epilog=calibrate_ranging.EXAMPLES)(calibrate_ranging.ranging)
-app.command("uid", epilog=calibrate_uid.EXAMPLES)(calibrate_uid.uid)
+app.command("motors", epilog=motors.EXAMPLES)(motors.motors)
+app.command("ranging", epilog=ranging.EXAMPLES)(ranging.ranging)
+app.command("uid", epilog=uid.EXAMPLES)(uid.uid)

@@ -2,7 +2,7 @@
 
 import typer
 
-from kilotwin.commands import flash_modules, flash_robot, flash_robots
+from kilotwin.commands.flash import modules, robot, robots
 
 app = typer.Typer(
     help="Writes programs into robots and modules and reads back that they are there.",
@@ -12,6 +12,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command("robot", epilog=flash_robot.EXAMPLES)(flash_robot.robot)
-app.command("robots", epilog=flash_robots.EXAMPLES)(flash_robots.robots)
-app.command("modules", epilog=flash_modules.EXAMPLES)(flash_modules.modules)
+app.command("robot", epilog=robot.EXAMPLES)(robot.robot)
+app.command("robots", epilog=robots.EXAMPLES)(robots.robots)
+app.command("modules", epilog=modules.EXAMPLES)(modules.modules)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.flash_file import Display, File, Force, hex_of, is_built
+from kilotwin.commands.flash.file import Display, File, Force, hex_of, is_built
 from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size, typed_command
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
 from kilotwin.experiment.spec.grid_layout import Layout, Module

@@ -12,7 +12,7 @@ import numpy as np
 import typer
 
 from kilotwin.commands import keyboard, steps
-from kilotwin.commands.calibrate_motors import EMULATED, LabFile, MotorsVia
+from kilotwin.commands.calibrate.motors import EMULATED, LabFile, MotorsVia
 from kilotwin.commands.options import Buses, Json, Quiet, Size
 from kilotwin.commands.robots_via import link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, DeviceError, InputError, InterruptError

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.flash_file import Display, File, Force, hex_of, is_built
+from kilotwin.commands.flash.file import Display, File, Force, hex_of, is_built
 from kilotwin.commands.options import Define, Include, Json, Quiet, typed_command
 from kilotwin.table.flash import eeprom_files, loader
 from kilotwin.table.flash.avrdude import Wiring, program_path

@@ -14,7 +14,7 @@ import typer
 from numpy.typing import NDArray
 
 from kilotwin.commands import keyboard, steps
-from kilotwin.commands.flash_robots import Uids, parse_uids
+from kilotwin.commands.flash.robots import Uids, parse_uids
 from kilotwin.commands.options import Buses, Json, Quiet, Size
 from kilotwin.commands.robots_via import link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, DeviceError, InputError

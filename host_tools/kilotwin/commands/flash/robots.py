@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.flash_file import File, Force, hex_of, is_built
+from kilotwin.commands.flash.file import File, Force, hex_of, is_built
 from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size, typed_command
 from kilotwin.commands.robots_via import RobotsVia, link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
