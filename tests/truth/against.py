@@ -1,6 +1,7 @@
 """One run or sweep against what others measured: `python -m tests.truth.against REFERENCE FOLDER`.
 
-References: `paper`, a sweep against the paper's claims; `kilogrid-walk`, walks of real robots;
+References: `paper`, a sweep against the paper's claims; `update-time`, one against those of the
+paper on the update time; `kilogrid-walk`, walks of real robots;
 `kilogrid-uplink`, a real Kilogrid; `spacing`, real robots 5 cm apart; `real`, logs of collective
 perception, those whose figures the project carries or three and more of your own (.kilodat or
 .kilodat.xz). Exits 1 outside the bounds.
@@ -16,18 +17,21 @@ from typing import Any
 from kilotwin.commands import steps
 from kilotwin.errors import KilotwinError
 
-from . import kilogrid_uplink, kilogrid_walk, paper, real_runs, spacing
+from . import findings, kilogrid_uplink, kilogrid_walk, paper, real_runs, spacing, update_time
 
 Found = tuple[dict[str, Any], str, bool]
 """The --json object, the text, and whether it is within the bounds."""
 
 
-def with_paper(folder: Path, where: list[str], logs: list[Path]) -> Found:
-    readings = paper.check(folder, where, steps.note(quiet=False))
+def with_claims(
+    check: Callable[..., dict[str, findings.Findings]], folder: Path, where: list[str]
+) -> Found:
+    """A sweep, held against what a paper says of its own. Good if some reading misses nothing."""
+    readings = check(folder, where, steps.note(quiet=False))
     good = any(
-        paper.MISSED not in paper.verdicts(findings).values() for findings in readings.values()
+        findings.MISSED not in findings.verdicts(found).values() for found in readings.values()
     )
-    return paper.as_dict(readings), paper.report_text(readings), good
+    return findings.as_dict(readings), findings.report_text(readings), good
 
 
 def with_robots(reference: Any, *given: Any) -> Found:
@@ -37,7 +41,8 @@ def with_robots(reference: Any, *given: Any) -> Found:
 
 
 REFERENCES: dict[str, Callable[[Path, list[str], list[Path]], Found]] = {
-    "paper": with_paper,
+    "paper": lambda folder, where, _: with_claims(paper.check, folder, where),
+    "update-time": lambda folder, where, _: with_claims(update_time.check, folder, where),
     "kilogrid-walk": lambda folder, *_: with_robots(kilogrid_walk, folder),
     "kilogrid-uplink": lambda folder, *_: with_robots(kilogrid_uplink, folder),
     "spacing": lambda folder, *_: with_robots(spacing, folder),
@@ -60,8 +65,10 @@ def main() -> int:
     given = parser.parse_args()
     if given.logs and given.reference != "real":
         parser.error(f"{given.logs[0]}: only real takes logs")
-    if given.where and given.reference != "paper":
-        parser.error(f"--where {given.where[0]}: only sweeps have trials, for paper")
+    if given.where and given.reference not in ("paper", "update-time"):
+        parser.error(
+            f"--where {given.where[0]}: only sweeps have trials, for paper and update-time"
+        )
     try:
         found, text, good = REFERENCES[given.reference](given.folder, given.where, given.logs)
     except KilotwinError as error:

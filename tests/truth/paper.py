@@ -4,8 +4,8 @@ Sion, Reina, Birattari and Tuci (ANTS 2022): N robots, a share rho_I of them inf
 rho_sb of those for the first site. A claim that a sweep has not the trials for is left open.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from statistics import median
@@ -25,7 +25,7 @@ from kilotwin.studies.compare.plain_intervals import Interval, share_interval
 from kilotwin.studies.sweep.conditions import Condition, Conditions, Ending, errors, on_site
 from kilotwin.studies.sweep.data_set import SERIES
 
-HOLDS, MISSED, OPEN = "holds", "missed", "open"
+from .findings import OPEN, Finding, Findings, left_open, verdict
 
 _WHOLE_S = 29_000  # trials of 30,000 s, less a sample
 _SYMMETRIC_N = 100
@@ -58,19 +58,6 @@ def rank_correlation(x: Sequence[float], y: Sequence[float]) -> float:
     if len(set(x)) < 2 or len(set(y)) < 2:
         return 0.0
     return float(stats.spearmanr(x, y).statistic)
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One line of evidence for a claim."""
-
-    claim: str
-    about: str
-    number: str
-    verdict: str
-
-
-Findings = list[Finding]
 
 
 def check(
@@ -106,82 +93,11 @@ def _shortest_s(folder: Path) -> float:
     return min(ends["time_s_max"].to_pylist(), default=inf)
 
 
-def verdicts(findings: Iterable[Finding]) -> dict[str, str]:
-    """By claim: missed if one of its findings is, open if one is missing, else holds."""
-    found: dict[str, list[str]] = {}
-    for finding in findings:
-        found.setdefault(finding.claim, []).append(finding.verdict)
-    return {
-        claim: next((verdict for verdict in (MISSED, OPEN) if verdict in several), HOLDS)
-        for claim, several in found.items()
-    }
-
-
-def as_dict(readings: Mapping[str, Findings]) -> dict[str, Any]:
-    """The --json object: verdicts and findings of one reading, or of several by reading."""
-    several = {
-        reading: {
-            "verdicts": verdicts(findings),
-            "findings": [vars(finding) for finding in findings],
-        }
-        for reading, findings in readings.items()
-    }
-    return {"readings": several} if len(several) > 1 else next(iter(several.values()))
-
-
-def report_text(readings: Mapping[str, Findings]) -> str:
-    """A table in Markdown, and a line per claim; of several readings a line each."""
-    if len(readings) > 1:
-        return _readings_text(readings)
-    (findings,) = readings.values()
-    lines = ["| claim | about | here [95 % interval] | verdict |", "|---|---|---|---|"]
-    lines += [f"| ({f.claim}) | {f.about} | {f.number} | {f.verdict} |" for f in findings]
-    return "\n".join([*lines, "", _summary(findings)])
-
-
-def _readings_text(readings: Mapping[str, Findings]) -> str:
-    """Only what there are trials for; what misses stands in bold."""
-    columns = list(
-        dict.fromkeys(
-            (finding.claim, finding.about)
-            for findings in readings.values()
-            for finding in findings
-            if finding.verdict != OPEN
-        )
-    )
-    numbers = [f"({claim}) {count}" for count, (claim, _) in enumerate(columns, 1)]
-    lines = [f"| reading | {' | '.join(numbers)} | verdicts |", "|---" * (len(columns) + 2) + "|"]
-    for reading, findings in readings.items():
-        found = {(finding.claim, finding.about): finding for finding in findings}
-        cells = [_cell(found.get(column)) for column in columns]
-        lines.append(f"| {reading} | {' | '.join(cells)} | {_summary(findings)} |")
-    about = [f"{n}: {text}" for n, (_, text) in zip(numbers, columns, strict=True)]
-    return "\n".join([*lines, "", *about, "", "Bold: missed."])
-
-
-def _cell(finding: Finding | None) -> str:
-    if finding is None:
-        return "no trials"
-    return f"**{finding.number}**" if finding.verdict == MISSED else finding.number
-
-
-def _summary(findings: Iterable[Finding]) -> str:
-    return ", ".join(f"({claim}) {verdict}" for claim, verdict in verdicts(findings).items())
-
-
-def _verdict(holds: bool) -> str:
-    return HOLDS if holds else MISSED
-
-
-def _open(claim: str, about: str, number: str = "no trials") -> Finding:
-    return Finding(claim, about, number, OPEN)
-
-
 def _a(trials: Conditions) -> list[Finding]:
     about = f"simplified, N = {_SYMMETRIC_N}, nobody informed"
     runs = _endings(trials.where(rule="simplified", robots=_SYMMETRIC_N, informed=0.0))
     if not runs:
-        return [_open("a", about)]
+        return [left_open("a", about)]
     one = sum(run.is_one_aggregate for run in runs)
     share = share_interval(one, len(runs))
     nowhere = [run.nowhere for run in runs]
@@ -190,19 +106,19 @@ def _a(trials: Conditions) -> list[Finding]:
     low, high = _NOWHERE
     if len(runs) == 1:
         number = f"resting nowhere {nowhere[0]}; one trial decides nothing"
-        return [_open("a", about, number)]
+        return [left_open("a", about, number)]
     return [
         Finding(
             "a",
             f"{about}: share of runs with one aggregate; lower bound above 0.5",
             f"{one} of {len(runs)}: {share}",
-            _verdict(share.low > 0.5),
+            verdict(share.low > 0.5),
         ),
         Finding(
             "a",
             f"{about}: resting nowhere, median {low} to {high} (paper 4; interquartile range 5)",
             f"median {middle}, interquartile range {width}",
-            _verdict(low <= middle.value <= high),
+            verdict(low <= middle.value <= high),
         ),
     ]
 
@@ -215,7 +131,7 @@ def _b(trials: Conditions) -> list[Finding]:
             informed = _informed(trials, rule=rule, robots=robots)
             rows = _rows(informed)
             if not rows:
-                findings.append(_open("b", about))
+                findings.append(left_open("b", about))
                 continue
             trends = [_trends(row) for row in rows.values()]
             worst_up, worst_down = min(t[0] for t in trends), max(t[1] for t in trends)
@@ -225,7 +141,7 @@ def _b(trials: Conditions) -> list[Finding]:
                     f"{about}: rank correlation of medians with rho_sb, least over rho_I; black "
                     f"at least {_RISES:.2f}, white at most -{_RISES:.2f}",
                     f"black {worst_up:.2f}, white {worst_down:.2f}",
-                    _verdict(worst_up >= _RISES and worst_down <= -_RISES),
+                    verdict(worst_up >= _RISES and worst_down <= -_RISES),
                 )
             )
             steered = {c: runs for c, runs in informed.items() if c.informed >= _MANY}
@@ -236,10 +152,10 @@ def _b(trials: Conditions) -> list[Finding]:
 def _near(about: str, robots: int, cells: dict[Condition, list[Ending]]) -> Finding:
     about = f"{about}: mean error where rho_I >= {_MANY}; at most {_NEAR:.0%} of N"
     if not cells:
-        return _open("b", about)
+        return left_open("b", about)
     groups = [errors(condition, runs) for condition, runs in cells.items()]
     error = bootstrap(groups, mean_of_means, 1000)
-    return Finding("b", about, f"{error} robots", _verdict(error.value <= _NEAR * robots))
+    return Finding("b", about, f"{error} robots", verdict(error.value <= _NEAR * robots))
 
 
 def _rows(cells: dict[Condition, list[Ending]]) -> dict[float, dict[Condition, list[Ending]]]:
@@ -265,14 +181,14 @@ def _c(trials: Conditions) -> list[Finding]:
         about = f"N = {robots}, {name}: error of Firat less that of simplified, above 0"
         pairs = _pairs(trials, robots, inside)
         if not pairs:
-            findings.append(_open("c", about))
+            findings.append(left_open("c", about))
             continue
         groups = [errors(condition, runs) for pair in pairs for condition, runs in pair]
         nearer_by = bootstrap(groups, mean_difference)
         if nearer_by.is_known:
-            found = Finding("c", about, f"{nearer_by} robots", _verdict(nearer_by.low > 0))
+            found = Finding("c", about, f"{nearer_by} robots", verdict(nearer_by.low > 0))
         else:
-            found = _open("c", about, f"{nearer_by} robots; one trial a cell gives no interval")
+            found = left_open("c", about, f"{nearer_by} robots; one trial a cell gives no interval")
         findings.append(found)
     return findings
 
@@ -304,22 +220,22 @@ def _wider(
     about = f"interquartile range of simplified less that of Firat, {about}"
     pairs = [pair for robots in (50, 100) for pair in _pairs(trials, robots, inside)]
     if not pairs:
-        return _open("d", about)
+        return left_open("d", about)
     pairs = [pair for pair in pairs if all(len(runs) >= _FEWEST for _, runs in pair)]
     if not pairs:
-        return _open("d", about, f"fewer than {_FEWEST} trials in each cell")
+        return left_open("d", about, f"fewer than {_FEWEST} trials in each cell")
     groups = [on_site(runs, site) for pair in pairs for site in (0, 1) for _, runs in pair[::-1]]
     wider = bootstrap(groups, spread_difference, 1000)
-    return Finding("d", about, f"{wider} robots", _verdict(holds(wider)))
+    return Finding("d", about, f"{wider} robots", verdict(holds(wider)))
 
 
 def _e(trials: Conditions) -> list[Finding]:
     about = "Firat, nobody informed: most robots resting in any run, 0"
     runs = _endings(trials.where(rule="firat", informed=0.0))
     if not runs:
-        return [_open("e", about)]
+        return [left_open("e", about)]
     most = max(sum(run.resting) for run in runs)
-    return [Finding("e", about, f"{most} in {len(runs)} runs", _verdict(most == 0))]
+    return [Finding("e", about, f"{most} in {len(runs)} runs", verdict(most == 0))]
 
 
 def _informed(trials: Conditions, **wanted: Any) -> dict[Condition, list[Ending]]:

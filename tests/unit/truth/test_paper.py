@@ -3,20 +3,16 @@
 from collections.abc import Iterator
 
 import pytest
-from tests.truth.paper import (
+from tests.truth.findings import (
     HOLDS,
     MISSED,
     OPEN,
     Finding,
-    _a,
-    _b,
-    _c,
-    _d,
-    _e,
     as_dict,
     report_text,
     verdicts,
 )
+from tests.truth.paper import _a, _b, _c, _d, _e
 
 from kilotwin.studies.sweep.conditions import Condition, Conditions, Ending
 
