@@ -17,8 +17,8 @@ int16_t whole_mm(double distance_m) { return static_cast<int16_t>(std::lround(di
 
 void CellStations::boot(Cycles until) {
     begin_ = until;
-    while (auto module = grid_.run(until))
-        grid_.answer(*module, grid_.module(*module).outgoing().at, Module::Answer::SENT);
+    while (const auto asked = grid_.run(until))
+        grid_.answer(asked->module, asked->emission.at, Module::Answer::SENT);
 }
 
 void CellStations::begin_step(Cycles now) {
@@ -30,16 +30,16 @@ void CellStations::begin_step(Cycles now) {
 // Beside the ideal channel
 
 bool IdealCells::run(Cycles /*turn*/, Cycles next) {
-    const auto index = grid_.run(next);
-    if (!index) return false;
-    const CellEmission sent = grid_.module(*index).outgoing();
-    const uint32_t cell = GridLayout::MODULE_CELLS * *index + sent.cell;
+    const auto asked = grid_.run(next);
+    if (!asked) return false;
+    const CellEmission &sent = asked->emission;
+    const uint32_t cell = GridLayout::MODULE_CELLS * asked->module + sent.cell;
     for (uint32_t robot : grid_.robots_near(cell)) {
         const double distance = distance_m(robot, cell);
         if (distance > grid_.infrared().cell_range_m || !crc_is_right(sent.message)) continue;
         channel_.deliver(robot, sent.at, sent.message, whole_mm(distance));
     }
-    grid_.answer(*index, sent.at, Module::Answer::SENT);
+    grid_.answer(asked->module, sent.at, Module::Answer::SENT);
     return true;
 }
 
@@ -53,13 +53,6 @@ void IdealCells::shine_from_robot(Frame &frame, const Eigen::Vector2d &from) {
 }
 
 // On the Kilobots' channel
-
-bool KilobotCells::begins_near(uint32_t robot, Cycles until) const {
-    const auto &near = grid_.cells_near(robot);
-    return std::any_of(near.begin(), near.end(), [&](uint32_t cell) {
-        return grid_.next_event(GridLayout::module_of(cell)) <= until;
-    });
-}
 
 void KilobotCells::shine(Frame &frame) {
     const uint32_t cell = cell_of(frame.sender);
@@ -96,18 +89,25 @@ bool KilobotCells::count(const Reached &reached) {
 bool GuestCells::run(Cycles turn, Cycles next) {
     const Cycles until = std::min(turn + 1, next);
     if (grid_.next() >= until) return false;
-    const auto module = grid_.run(until);
-    if (module) begin_frame(*module);
-    return module.has_value();
+    const auto asked = grid_.run(until);
+    if (asked) begin_frame(*asked);
+    return asked.has_value();
+}
+
+bool GuestCells::begins_near(uint32_t robot, Cycles until) const {
+    const auto &near = grid_.cells_near(robot);
+    return std::any_of(near.begin(), near.end(), [&](uint32_t cell) {
+        return grid_.next_event(GridLayout::module_of(cell)) <= until;
+    });
 }
 
 /// A module is about to send.
-void GuestCells::begin_frame(uint32_t index) {
-    Module &module = grid_.module(index);
+void GuestCells::begin_frame(const Grid::Question &question) {
+    const uint32_t index = question.module;
     Transceiver &transceiver = transceivers_[index];
-    const CellEmission wanted = module.outgoing();
+    const CellEmission &wanted = question.emission;
     const uint32_t first = GridLayout::MODULE_CELLS * index, cell = first + wanted.cell,
-                   listener = first + module.listening_cell(wanted.at);
+                   listener = first + modules_.module(index).listening_cell(wanted.at);
     // One receiver serves all cells: while it receives, the module does not try. After a reset it
     // may still be on air with what it sent before.
     if (transceiver.receiving_until > wanted.at || channel_.in_flight().is_on_air(station_of(cell)))
@@ -158,7 +158,7 @@ void GuestCells::shine_on_cell(Frame &frame, uint32_t cell, double distance_m) {
     // Other frames collide with this one even where the module does not listen.
     if (settings.collisions) in_flight.spoil(station);
     if (!grid_.lives(module) ||
-        grid_.module(module).listening_cell(frame.begin) != GridLayout::index_in_module(cell))
+        modules_.module(module).listening_cell(frame.begin) != GridLayout::index_in_module(cell))
         reached.fate = Fate::ELSEWHERE;
     else if (settings.half_duplex && transceivers_[module].sending_until > frame.begin)
         reached.fate = Fate::DEAF;
@@ -171,7 +171,7 @@ void GuestCells::hold_receivers(const Frame &frame, Cycles begin, Cycles end) {
     for (const Reached &reached : frame.reached) {
         if (!is_cell(reached.station) || reached.fate != Fate::CLEAR) continue;
         const uint32_t module = module_of(reached.station);
-        grid_.module(module).hold_receiver(begin, end);
+        modules_.module(module).hold_receiver(begin, end);
         auto &until = transceivers_[module].receiving_until;
         until = std::max(until, end);
     }

@@ -18,6 +18,7 @@
 #include "infrared/ideal_channel.h"
 #include "infrared/kilobot_channel.h"
 #include "infrared/station.h"
+#include "modules/guest_modules.h"
 #include "robots/infrared_gains.h"
 
 namespace kilotwin {
@@ -81,7 +82,6 @@ class KilobotCells : public CellStations {
           channel_(channel),
           first_(first) {}
 
-    bool begins_near(uint32_t robot, Cycles until) const override;
     void shine(Frame &frame) override;
     void shine_from_robot(Frame &frame, const Eigen::Vector2d &from) override;
 
@@ -108,16 +108,18 @@ class KilobotCells : public CellStations {
 /// Cells of modules as guests.
 class GuestCells final : public KilobotCells {
   public:
-    /// `chance` must live on.
-    GuestCells(Grid &grid, KilobotChannel &channel, const Bodies &bodies, const Chance &chance,
-               uint32_t first)
+    /// The cells of `modules`, which `grid` executes. Everything referred to must live on.
+    GuestCells(Grid &grid, GuestModules &modules, KilobotChannel &channel, const Bodies &bodies,
+               const Chance &chance, uint32_t first)
         : KilobotCells(grid, channel, bodies, first),
+          modules_(modules),
           chance_(chance),
           transceivers_(grid.layout().modules()) {}
 
     /// Executes the grid up to where a module is about to send, and begins that frame, or answers
     /// the module that it cannot.
     bool run(Cycles turn, Cycles next) override;
+    bool begins_near(uint32_t robot, Cycles until) const override;
     void sensed(const Frame &frame, bool busy) override;
     void gave_up(const Frame &frame) override;
 
@@ -136,10 +138,11 @@ class GuestCells final : public KilobotCells {
     };
 
     /// A module sends what it was about to, or finds that it cannot.
-    void begin_frame(uint32_t index);
+    void begin_frame(const Grid::Question &question);
     bool is_channel_free(uint32_t cell, Cycles at) const;
     void shine_on_cell(Frame &frame, uint32_t cell, double distance_m) override;
 
+    GuestModules &modules_;
     const Chance &chance_;
     std::vector<Transceiver> transceivers_;  ///< by module
 };

@@ -17,25 +17,22 @@ constexpr size_t HOST_QUEUE = 4096;
 // meanwhile.
 constexpr size_t MODULE_QUEUE = 32;
 constexpr double CLOCK_LIMIT = 3;  // of the spread
-constexpr uint32_t COUNTER_MAX = 255;
 
 }  // namespace
 
 Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycles zero,
-           bool gains_are_mm, bool run_ahead, ModuleBoards *boards)
+           bool run_ahead, ModuleDriver &driver)
     : layout_(settings.columns, settings.rows, settings.buses),
       infrared_(settings.infrared),
       chance_(chance),
-      boards_(is_on_board(settings.tier) ? boards : nullptr),
+      driver_(driver),
       zero_(zero),
       run_ahead_(run_ahead),
-      context_{chance, events_, gains_are_mm},
       faults_(settings.faults),
       due_(layout_.modules()),
       robots_about_(layout_.modules(), 0),
       frames_in_flight_(layout_.modules(), 0),
       dead_(layout_.modules(), false),
-      on_bus_(layout_.modules(), false),
       bus_due_(layout_.buses(), NEVER),
       host_queue_(layout_.buses()),
       robots_near_(layout_.cells()) {
@@ -45,34 +42,19 @@ Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycl
                               std::to_string(fault.y) + ", which the grid does not have");
     std::stable_sort(faults_.begin(), faults_.end(),
                      [](const Fault &a, const Fault &b) { return a.at_tick < b.at_tick; });
-    create_modules(settings, power_up);
+    create_modules(power_up);
     attach_to_buses(settings.error_share);
 }
 
-Grid::~Grid() = default;
-
-void Grid::create_modules(const Settings &settings, Cycles power_up) {
-    Program *program = on_board() ? nullptr : &Program::load(settings.program, settings.name);
-    const auto *table = program != nullptr ? program->table().module : nullptr;
-    acts_alone_ = table != nullptr && table->acts_alone != nullptr;
-    const size_t lines = program != nullptr ? cache_lines(program->state_bytes()) : 0;
-    images_.reset(new CacheLine[lines * layout_.modules()]);
-    modules_.reserve(layout_.modules());
+void Grid::create_modules(Cycles power_up) {
     for (uint32_t index = 0; index < layout_.modules(); index++) {
         const double when = chance_.uniform(index, Purpose::MODULE_POWER_UP, 0);
         const double luck =
             std::clamp(chance_.normal(index, Purpose::MODULE_CLOCK, 0), -CLOCK_LIMIT, CLOCK_LIMIT);
         const double tick = static_cast<double>(TICK_CYCLES) * (1 + infrared_.clock_spread * luck);
-        const auto x = static_cast<uint8_t>(layout_.x(index)),
-                   y = static_cast<uint8_t>(layout_.y(index));
-        const auto own_tick = static_cast<Cycles>(std::llround(tick));
-        const auto on_at = static_cast<Cycles>(when * static_cast<double>(power_up));
-        if (on_board()) {
-            boards_->add_module(settings.program, x, y, own_tick, on_at);
-            continue;
-        }
-        modules_.emplace_back(context_, *program, index, x, y, own_tick, on_at,
-                              images_[index * lines].bytes);
+        driver_.add(static_cast<uint8_t>(layout_.x(index)), static_cast<uint8_t>(layout_.y(index)),
+                    static_cast<Cycles>(std::llround(tick)),
+                    static_cast<Cycles>(when * static_cast<double>(power_up)));
         schedule(index);
     }
 }
@@ -86,10 +68,8 @@ void Grid::attach_to_buses(double error_share) {
     for (uint32_t index = 0; index < layout_.modules(); index++) {
         CanBus::Node node;
         node.name = std::to_string(layout_.x(index)) + ", " + std::to_string(layout_.y(index));
-        // A board's controller has filters of its own.
-        if (!on_board())
-            for (uint16_t id : modules_[index].filters())
-                node.filters.emplace_back(id, KILOGRID_MODULE_MASK);
+        for (uint16_t id : driver_.filters(index))
+            node.filters.emplace_back(id, KILOGRID_MODULE_MASK);
         node.tx_queue = MODULE_QUEUE;
         const uint32_t bus = layout_.bus(index);
         node_.push_back(buses_[bus].attach(node));
@@ -127,14 +107,14 @@ void Grid::look_around(Cycles until, double way_m, const std::vector<Eigen::Vect
 
 /// Whether nothing but itself can make the module do something before limit_ and lists_until_.
 bool Grid::has_lookahead(uint32_t module) const {
-    return run_ahead_ && !acts_alone_ && robots_about_[module] == 0 &&
+    return run_ahead_ && !driver_.acts_alone() && robots_about_[module] == 0 &&
            frames_in_flight_[module] == 0;
 }
 
 // Modules
 
-std::optional<uint32_t> Grid::run(Cycles until) {
-    if (on_board()) queue_frames_of_boards();
+std::optional<Grid::Question> Grid::run(Cycles until) {
+    driver_.pass_frames(*this);
     for (;;) {
         const Cycles module_at = due_.first_at(), fault_at = next_fault();
         const Cycles bus_at = bus_due_[first_bus_];
@@ -145,118 +125,62 @@ std::optional<uint32_t> Grid::run(Cycles until) {
             apply(faults_[next_fault_++], fault_at);
         } else {
             const uint32_t module = due_.first();
-            if (attend(module, module_at)) return module;
+            if (const auto asks = attend(module, module_at)) return Question{module, *asks};
         }
     }
 }
 
-/// Executes a module that is due. True if it is about to send where a robot is near.
-bool Grid::attend(uint32_t index, Cycles at) {
-    Module &module = modules_[index];
+/// Executes a module that is due, and schedules it anew unless it asks.
+std::optional<CellEmission> Grid::attend(uint32_t index, Cycles at) {
     const Cycles until = has_lookahead(index)
                              ? std::max(std::min({limit_, lists_until_, next_fault()}), at + 1)
                              : at + 1;
-    uint64_t unheard = 0;
-    if (robots_about_[index] > 0)
-        module.run(until);
-    else
-        unheard = module.run_unheard(until);
-    send_frames(index);
-    const bool asks = module.asks();
-    if (asks && robots_about_[index] > 0) {
-        due_.set(index, NEVER);
-        return true;
-    }
-    if (asks) {
-        module.answer(Module::Answer::SENT);
-        unheard++;
-    }
-    counts.sent += unheard;
-    counts.unheard += unheard;
+    const auto ran = driver_.run(index, until, robots_about_[index] > 0, *this);
+    counts.sent += ran.unheard;
+    counts.unheard += ran.unheard;
     schedule(index, until);
-    return false;
+    return ran.asks;
 }
 
 void Grid::answer(uint32_t index, Cycles asked, Module::Answer answer) {
-    if (dead_[index] || !modules_[index].asks() || modules_[index].outgoing().at != asked) return;
+    if (dead_[index] || !driver_.answer(index, asked, answer)) return;
     if (answer == Module::Answer::SENT)
         counts.sent++;
     else
         counts.put_off++;
-    modules_[index].answer(answer);
     schedule(index);
-}
-
-void Grid::send_frames(uint32_t index) {
-    auto &frames = modules_[index].can_frames;
-    if (frames.empty()) return;
-    const uint32_t bus = layout_.bus(index);
-    for (const CanOutput &output : frames) buses_[bus].queue(node_[index], output.at, output.frame);
-    frames.clear();
-    schedule_bus(bus);
-}
-
-/// Passes frames of boards' controllers to the buses.
-void Grid::queue_frames_of_boards() {
-    auto bus_of = [this](uint32_t module) -> CanBus & { return buses_[layout_.bus(module)]; };
-    for (uint32_t index = 0; index < layout_.modules(); index++) {
-        if (!on_bus_[index] || bus_of(index).queued(node_[index]) > 0) continue;
-        on_bus_[index] = false;  // its node went bus-off
-        boards_->set_can_errors(index, bus_of(index).transmit_errors(node_[index]),
-                                bus_of(index).receive_errors(node_[index]), true);
-        boards_->frame_lost(index);
-    }
-    for (const auto &frame : boards_->take_queued_frames()) queued_.push_back(frame);
-    std::erase_if(queued_, [&](const auto &frame) {
-        if (dead_[frame.module]) return true;
-        CanBus &bus = bus_of(frame.module);
-        if (bus.state(node_[frame.module]) >= CanBus::State::BUS_OFF) return false;
-        bus.queue(node_[frame.module], frame.output.at, frame.output.frame);
-        schedule_bus(layout_.bus(frame.module));
-        on_bus_[frame.module] = true;
-        return true;
-    });
 }
 
 /// Notes when a module has to be executed next.
 void Grid::schedule(uint32_t index, Cycles not_before) {
-    if (on_board()) return;
-    const Module &module = modules_[index];
-    const bool waits = dead_[index] || module.asks();
-    due_.set(index, waits ? NEVER : std::max({module.next_event(), module.now(), not_before}));
+    const Cycles at = dead_[index] ? NEVER : driver_.next_event(index);
+    due_.set(index, std::max(at, not_before));
 }
 
 void Grid::receive_ir(Cycles at, uint32_t cell, const message_t &message,
                       distance_measurement_t distance, bool crc_error) {
     const uint32_t module = GridLayout::module_of(cell);
     if (dead_[module]) return;
-    modules_[module].receive_ir(at, GridLayout::index_in_module(cell), message, distance,
-                                crc_error);
+    driver_.receive_ir(module, at, GridLayout::index_in_module(cell), message, distance, crc_error);
     schedule(module);
 }
 
 CellLight Grid::light(uint32_t cell, Cycles at) {
     const uint32_t module = GridLayout::module_of(cell);
     if (dead_[module]) return {};
-    if (on_board()) return boards_->module_light(module, GridLayout::index_in_module(cell));
-    catch_up(module, at);
-    return modules_[module].light(GridLayout::index_in_module(cell), at);
+    driver_.catch_up(module, at);
+    return driver_.light(module, GridLayout::index_in_module(cell), at);
 }
 
-/// Executes a module that was left behind: what it does up to `at` is received by nobody.
 void Grid::catch_up(uint32_t index, Cycles at) {
-    if (!on_board() && !dead_[index] && !modules_[index].asks()) modules_[index].run(at);
+    if (!dead_[index]) driver_.catch_up(index, at);
 }
 
-Grid::About Grid::about(uint32_t index, Cycles at) {
+ModuleDriver::About Grid::about(uint32_t index, Cycles at) {
     catch_up(index, at);
-    if (on_board())
-        return {dead_[index] ? "dead" : "on a board", boards_->module_stopped(index),
-                boards_->module_ticks(index), 0, boards_->frames_missed(index)};
-    const Module &module = modules_[index];
-    const auto &lost = module.counts();
-    return {dead_[index] ? "dead" : module.state_name(), module.stopped(), module.ticks(),
-            lost.frames_refused, lost.frames_missed};
+    auto about = driver_.about(index);
+    if (dead_[index]) about.state = "dead";
+    return about;
 }
 
 // Buses
@@ -290,30 +214,32 @@ void Grid::deliver(uint32_t bus, const CanBus::Delivery &delivery) {
     const bool from_host = delivery.sender == HOST;
     frames_.push_back({delivery.at, bus, delivery.frame, from_host});
     if (from_host) end_flight(bus, true);
-    if (on_board() && !from_host) {
-        const uint32_t sender = module_of_node_[bus][delivery.sender];
-        on_bus_[sender] = false;
-        boards_->frame_sent(sender, delivery.at);
-    }
+    if (!from_host) driver_.frame_sent(module_of_node_[bus][delivery.sender], delivery.at);
     for (uint32_t node : *delivery.receivers) {
         if (node == HOST) continue;
         const uint32_t index = module_of_node_[bus][node];
         if (dead_[index]) continue;
-        if (on_board()) {
-            const CanBus &on = buses_[bus];
-            boards_->set_can_errors(index, on.transmit_errors(node), on.receive_errors(node),
-                                    on.state(node) == CanBus::State::BUS_OFF);
-            boards_->receive_can(index, delivery.at, delivery.frame);
-            continue;
-        }
-        auto counter = [](uint32_t errors) {
-            return static_cast<uint8_t>(std::min(errors, COUNTER_MAX));
-        };
-        modules_[index].set_can_errors(counter(buses_[bus].transmit_errors(node)),
-                                       counter(buses_[bus].receive_errors(node)));
-        modules_[index].receive_can(delivery.at, delivery.frame);
+        driver_.receive_can(index, delivery.at, delivery.frame, errors(index));
         schedule(index);
     }
+}
+
+void Grid::queue(uint32_t module, const CanOutput &output) {
+    bus_of(module).queue(node_[module], output.at, output.frame);
+    schedule_bus(layout_.bus(module));
+}
+
+size_t Grid::queued(uint32_t module) const { return bus_of(module).queued(node_[module]); }
+
+CanErrors Grid::errors(uint32_t module) const {
+    const CanBus &bus = bus_of(module);
+    const uint32_t node = node_[module];
+    return {bus.transmit_errors(node), bus.receive_errors(node),
+            bus.state(node) == CanBus::State::BUS_OFF};
+}
+
+bool Grid::sends(uint32_t module) const {
+    return bus_of(module).state(node_[module]) < CanBus::State::BUS_OFF;
 }
 
 /// The modules of a bus that take frames with this identifier.
@@ -348,12 +274,11 @@ std::vector<Grid::LoggedFrame> Grid::take_frames() {
 
 Events Grid::take_events(Cycles at) {
     for (uint32_t index = 0; index < layout_.modules(); index++) catch_up(index, at);
-    if (on_board())
-        for (Event &event : boards_->take_module_events()) events_.push_back(std::move(event));
-    std::stable_sort(events_.begin(), events_.end(), [](const Event &a, const Event &b) {
+    Events events = driver_.take_events();
+    std::stable_sort(events.begin(), events.end(), [](const Event &a, const Event &b) {
         return a.at != b.at ? a.at < b.at : a.robot < b.robot;
     });
-    return std::exchange(events_, {});
+    return events;
 }
 
 // Faults
@@ -364,32 +289,25 @@ Cycles Grid::fault_time(const Fault &fault) const {
 
 void Grid::apply(const Fault &fault, Cycles at) {
     const uint32_t index = layout_.module(fault.x, fault.y), node = node_[index];
-    CanBus &bus = buses_[layout_.bus(index)];
+    CanBus &bus = bus_of(index);
     run_bus(layout_.bus(index), at);
     catch_up(index, at);
-    auto power = [&](bool on) {
-        on_bus_[index] = false;
-        if (on_board())
-            boards_->set_power(index, at, on);
-        else if (on)
-            modules_[index].reset(at);
-    };
     switch (fault.kind) {
     case Fault::Kind::DEAD:
         dead_[index] = true;
-        power(false);
+        driver_.set_power(index, at, false);
         bus.kill(node, at);
         break;
     case Fault::Kind::RESET:
         bus.kill(node, at);
         bus.recover(node, at);
         dead_[index] = false;
-        power(true);
+        driver_.set_power(index, at, true);
         break;
     case Fault::Kind::BUS_OFF: bus.bus_off(node, at, true); break;
     case Fault::Kind::RECOVER:
         bus.recover(node, at);
-        if (dead_[index]) power(true);
+        if (dead_[index]) driver_.set_power(index, at, true);
         dead_[index] = false;
         break;
     }

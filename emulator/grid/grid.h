@@ -16,7 +16,6 @@
 
 #include <Eigen/Core>
 #include <deque>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,10 +24,9 @@
 #include "base/clock.h"
 #include "base/earliest.h"
 #include "base/events.h"
-#include "base/memory.h"
 #include "grid/can_bus.h"
 #include "grid/cells.h"
-#include "modules/module.h"
+#include "modules/driver.h"
 #include "robots/tier.h"
 
 namespace kilotwin {
@@ -52,51 +50,8 @@ struct CellInfrared {
     double clock_spread;
 };
 
-/// Interface of the modules of a grid that run on boards (avr/boards/boards.h). They are executed
-/// in the boards' own lock-step; the grid gives them power and connects them to their buses. Calls
-/// are per frame or fault; modules are named by index, times are not earlier than the boards have
-/// been executed.
-class ModuleBoards {
-  public:
-    virtual ~ModuleBoards() = default;
-
-    /// A CAN frame that waits in a module's controller.
-    struct QueuedFrame {
-        uint32_t module;
-        CanOutput output;
-    };
-
-    /// Adds the next module, in order of index, at column `x`, row `y`. `tick` is the length of its
-    /// tick by its own oscillator, in cycles. EngineError if `program` is no image of the chip.
-    virtual void add_module(const std::string &program, uint8_t x, uint8_t y, Cycles tick,
-                            Cycles power_up) = 0;
-    /// On where it is on: a power cycle. The EEPROM stays.
-    virtual void set_power(uint32_t module, Cycles at, bool on) = 0;
-
-    /// Frames that controllers have queued since the last call; each has one at a time.
-    virtual std::vector<QueuedFrame> take_queued_frames() = 0;
-    /// Reports what became of the frame that the module has queued: it ended on the bus at `at`, or
-    /// it was dropped (its node went bus-off) and may be queued again.
-    virtual void frame_sent(uint32_t module, Cycles at) = 0;
-    virtual void frame_lost(uint32_t module) = 0;
-    /// A frame of another node ends at `at`, filtered or not: the controller has filters of its
-    /// own.
-    virtual void receive_can(uint32_t module, Cycles at, const CanFrame &frame) = 0;
-    /// The error counters of its node.
-    virtual void set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive,
-                                bool bus_off) = 0;
-
-    // How a module is, as of where the boards have been executed.
-    virtual CellLight module_light(uint32_t module, uint8_t cell) const = 0;
-    virtual bool module_stopped(uint32_t module) const = 0;     ///< it crashed
-    virtual uint32_t module_ticks(uint32_t module) = 0;         ///< since power-up
-    virtual uint32_t frames_missed(uint32_t module) const = 0;  ///< its buffers were full
-    /// Prints and failures of modules since the last call; `robot` is the module's index.
-    virtual Events take_module_events() = 0;
-};
-
 /// One per run with a `[grid]`.
-class Grid {
+class Grid final : private ModuleNodes {
   public:
     /// A fault of a module, and its time.
     struct Fault {
@@ -141,16 +96,17 @@ class Grid {
         uint64_t lost = 0;       ///< ... but for chance
     };
 
-    /// Modules are switched on between 0 and `power_up`. t = 0 of faults is `zero`. Without
-    /// `run_ahead` no module is run farther than it must: the oracle of run ahead. `boards` take
-    /// the modules if these are to run on boards; not needed otherwise. EngineError for a grid that
-    /// cannot be wired, a program that is no module's, a fault of a module that is not there.
-    Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycles zero,
-         bool gains_are_mm, bool run_ahead, ModuleBoards *boards = nullptr);
-    ~Grid();
+    /// A module is about to send by infrared, and waits for answer().
+    struct Question {
+        uint32_t module;
+        CellEmission emission;
+    };
 
-    /// A thread calls it once before it runs grids.
-    static void serve_this_thread() { Module::serve_this_thread(); }
+    /// Modules, executed by `driver`, are switched on between 0 and `power_up`. t = 0 of faults is
+    /// `zero`. Without `run_ahead` no module is run farther than it must: the oracle of run ahead.
+    /// EngineError for a grid that cannot be wired, a fault of a module that is not there.
+    Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycles zero,
+         bool run_ahead, ModuleDriver &driver);
 
     /// Where modules, cells and buses lie, and the ranges of infrared; constant during a run.
     const GridLayout &layout() const { return layout_; }
@@ -178,26 +134,20 @@ class Grid {
     /// The earliest moment at which anything happens here.
     Cycles next() const { return std::min({next_fault(), due_.first_at(), bus_due_[first_bus_]}); }
 
-    /// Executes everything strictly before `until`. Returns early when a module, which it names, is
-    /// about to send from a cell where a robot may receive it or be received: that module waits for
-    /// answer().
-    std::optional<uint32_t> run(Cycles until);
+    /// Executes everything strictly before `until`. Returns early when a module is about to send
+    /// from a cell where a robot may receive it or be received.
+    std::optional<Question> run(Cycles until);
 
     /// Fate of the frame that a module was about to send at `asked`; without meaning if it lost its
     /// power since.
     void answer(uint32_t index, Cycles asked, Module::Answer answer);
 
-    /// Its modules run on boards; then there is no module() of them.
-    bool on_board() const { return boards_ != nullptr; }
-    /// A module as guest.
-    Module &module(uint32_t index) { return modules_[index]; }
-    const Module &module(uint32_t index) const { return modules_[index]; }
     /// Whether it has power.
     bool lives(uint32_t module) const { return !dead_[module]; }
 
-    /// Lookahead: the earliest moment at which `module` may be about to send; NEVER while it waits
-    /// for an answer, 0 for one on a board, which cannot be foreseen.
-    Cycles next_event(uint32_t module) const { return on_board() ? 0 : due_.at(module); }
+    /// Lookahead: the earliest moment at which `module`, executed in the order of time, may be about
+    /// to send; NEVER while it waits for an answer.
+    Cycles next_event(uint32_t module) const { return due_.at(module); }
 
     /// A frame of a robot ends at `at`, at a cell that listened. All before `at` has been executed.
     void receive_ir(Cycles at, uint32_t cell, const message_t &message,
@@ -206,16 +156,8 @@ class Grid {
     /// Colour of a cell at `at`, up to which everything has been executed.
     CellLight light(uint32_t cell, Cycles at);
 
-    /// How a module is at `at`, up to which everything has been executed. What one on a board makes
-    /// of itself, only its answers by CAN tell.
-    struct About {
-        const char *state;        ///< of its runtime, by name
-        bool stopped;             ///< its program crashed, or never returns
-        uint32_t ticks;           ///< since power-up
-        uint64_t frames_refused;  ///< by its transfers
-        uint64_t frames_missed;   ///< its buffers were full
-    };
-    About about(uint32_t index, Cycles at);
+    /// How a module is at `at`, up to which everything has been executed.
+    ModuleDriver::About about(uint32_t index, Cycles at);
 
     /// Frames that ended on any bus since the last call, in order of time.
     std::vector<LoggedFrame> take_frames();
@@ -232,15 +174,19 @@ class Grid {
   private:
     static constexpr uint32_t HOST = 0;  ///< its node on each bus
 
-    void create_modules(const Settings &settings, Cycles power_up);
+    void create_modules(Cycles power_up);
     void attach_to_buses(double error_share);
     /// Whether nothing can reach it: no robot near, no frame of the host in flight to it.
     bool has_lookahead(uint32_t module) const;
-    /// Executes a module that is due; true if it is about to send near a robot.
-    bool attend(uint32_t index, Cycles at);
-    /// Queues what its program has sent at its node.
-    void send_frames(uint32_t index);
-    void queue_frames_of_boards();
+    /// Executes a module that is due; what it asks if it is about to send near a robot.
+    std::optional<CellEmission> attend(uint32_t index, Cycles at);
+    // ModuleNodes.
+    void queue(uint32_t module, const CanOutput &output) override;
+    size_t queued(uint32_t module) const override;
+    CanErrors errors(uint32_t module) const override;
+    bool sends(uint32_t module) const override;
+    CanBus &bus_of(uint32_t module) { return buses_[layout_.bus(module)]; }
+    const CanBus &bus_of(uint32_t module) const { return buses_[layout_.bus(module)]; }
     void catch_up(uint32_t index, Cycles at);
     /// Finds anew when it is due.
     void schedule(uint32_t index, Cycles not_before = 0);
@@ -259,13 +205,9 @@ class Grid {
     GridLayout layout_;
     CellInfrared infrared_;
     const Chance &chance_;
-    ModuleBoards *boards_;  ///< null: native modules
+    ModuleDriver &driver_;
     Cycles zero_;
     bool run_ahead_;
-    Events events_;
-    ModuleContext context_;
-    std::unique_ptr<CacheLine[]> images_;
-    std::vector<Module> modules_;
     std::deque<CanBus> buses_;
     std::vector<Fault> faults_;  ///< in order of time
     size_t next_fault_ = 0;
@@ -279,9 +221,6 @@ class Grid {
     std::vector<uint32_t> robots_about_;      ///< entries of its cells in robots_near_
     std::vector<uint32_t> frames_in_flight_;  ///< of the host, to it
     std::vector<bool> dead_;
-    std::vector<bool> on_bus_;  ///< of one on a board: its frame waits at the bus
-    std::vector<ModuleBoards::QueuedFrame> queued_;  ///< that wait for their node to recover
-    bool acts_alone_ = false;                        ///< their program may address other modules
 
     std::vector<Cycles> bus_due_;                        ///< by bus: its next event
     uint32_t first_bus_ = 0;                             ///< the one that is due first

@@ -51,7 +51,7 @@ nb::object cells_of(PythonSimulation &self) {
     nb::capsule owner(values,
                       [](void *p) noexcept { delete static_cast<std::vector<uint8_t> *>(p); });
     // A module program may have to run up to now before its LEDs are right.
-    Grid::serve_this_thread();
+    NativeGuest::serve_this_thread();
     for (uint32_t row = 0; row < rows; row++)
         for (uint32_t column = 0; column < columns; column++) {
             const CellLight light = grid.light(layout.cell(column, row), self.simulation().now());
@@ -71,7 +71,7 @@ const char *name_of(CanBus::State state) {
 // State of program, runtime and CAN controller of each module, as of now.
 nb::list modules_of(PythonSimulation &self) {
     Grid &grid = self.simulation().grid();
-    Grid::serve_this_thread();
+    NativeGuest::serve_this_thread();
     nb::list out;
     for (uint32_t index = 0; index < grid.layout().modules(); index++) {
         const uint32_t on_bus = grid.layout().bus(index), node = grid.node(index);

@@ -86,8 +86,8 @@ Simulation::Simulation(const SimulationDef &def)
       wake_(robots_.size(), 0) {
     for (const RobotFault &fault : def.faults) index_of(fault.robot);
     if (def.grid)
-        grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
-                      !def.kilobot_medium, def.run_ahead, &boards_);
+        grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_, def.run_ahead,
+                      create_module_driver(*def.grid));
     if (def.kilobot_medium)
         create_kilobot_channel();
     else
@@ -179,6 +179,16 @@ Calibration Simulation::calibrate(uint32_t index) const {
             gains};
 }
 
+ModuleDriver &Simulation::create_module_driver(const Grid::Settings &grid) {
+    if (is_on_board(grid.tier)) {
+        boards_.load_module(grid.program);
+        return boards_;
+    }
+    guest_modules_.emplace(grid.program, grid.name, grid.columns * grid.rows, chance_,
+                           !def_.kilobot_medium);
+    return *guest_modules_;
+}
+
 Bodies Simulation::create_bodies(const Places &places) const {
     const double radius = def_.profile.radius_m;
     const double reach_m =
@@ -209,12 +219,12 @@ void Simulation::create_kilobot_channel() {
         channel->assign(*stations_.back(), robots, beacons);
     }
     const uint32_t first_cell = robots + beacons;
-    if (grid_ && grid_->on_board())
-        stations_.push_back(
-            std::make_unique<BoardCells>(*grid_, boards_, *channel, bodies_, chance_, first_cell));
+    if (grid_ && guest_modules_)
+        stations_.push_back(std::make_unique<GuestCells>(*grid_, *guest_modules_, *channel, bodies_,
+                                                         chance_, first_cell));
     else if (grid_)
         stations_.push_back(
-            std::make_unique<GuestCells>(*grid_, *channel, bodies_, chance_, first_cell));
+            std::make_unique<BoardCells>(*grid_, boards_, *channel, bodies_, chance_, first_cell));
     if (grid_) channel->assign(*stations_.back(), first_cell, cells);
     for (auto &kind : stations_) channel->add(*kind);
     channel_ = std::move(channel);

@@ -339,7 +339,7 @@ Events Simulation::take_module_events() {
 
 // Boards and native modules keep theirs until they are asked; the hash wants all of them.
 void Simulation::fetch_module_events() {
-    Grid::serve_this_thread();
+    NativeGuest::serve_this_thread();
     const Events events = grid().take_events(now_);
     result_.take(events, run_at_);
     module_events_.insert(module_events_.end(), events.begin(), events.end());

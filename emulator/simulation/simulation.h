@@ -29,6 +29,7 @@
 #include "infrared/kilobot_channel.h"
 #include "infrared/station.h"
 #include "infrared/virtual_floor.h"
+#include "modules/guest_modules.h"
 #include "physics/arena.h"
 #include "physics/bodies.h"
 #include "physics/chassis.h"
@@ -219,6 +220,7 @@ class Simulation {
     /// Differences from robot to robot: oscillator, receiver, uid.
     Calibration calibrate(uint32_t index) const;
     Bodies create_bodies(const Places &places) const;
+    ModuleDriver &create_module_driver(const Grid::Settings &grid);
     void create_kilobot_channel();
     void create_ideal_channel();
     /// From power-up to start_.
@@ -271,6 +273,7 @@ class Simulation {
     Schedule<RobotFault> faults_;                      ///< likewise
     Bodies bodies_;                                    ///< of all robots, and of objects
     FloorSensing floor_;                               ///< may sense nothing
+    std::optional<GuestModules> guest_modules_;        ///< of a Kilogrid without boards
     std::optional<Grid> grid_;                         ///< only with a Kilogrid
     std::unique_ptr<Channel> channel_;                 ///< the medium
     std::vector<std::unique_ptr<Stations>> stations_;  ///< but for robots as guests

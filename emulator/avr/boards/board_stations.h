@@ -62,6 +62,10 @@ class BoardCells final : public KilobotCells {
 
     /// Executes the buses. Never stops: a module's infrared comes as flashes.
     bool run(Cycles turn, Cycles next) override;
+    /// A board's next frame cannot be foreseen.
+    bool begins_near(uint32_t robot, Cycles /*until*/) const override {
+        return !grid_.cells_near(robot).empty();
+    }
     void gave_up(const Frame & /*frame*/) override { grid_.counts.put_off++; }
     void sent(const Frame & /*frame*/) override { grid_.counts.sent++; }
     void received(const Frame &frame, const Reached &reached) override;

@@ -269,9 +269,7 @@ void Boards::hold_busy() {
 
 // Modules
 
-void Boards::add_module(const std::string &program, uint8_t x, uint8_t y, Cycles tick,
-                        Cycles power_up) {
-    if (!module_flash_) module_flash_ = FlashImage::load(program);
+void Boards::add(uint8_t x, uint8_t y, Cycles tick, Cycles power_up) {
     const auto index = static_cast<uint32_t>(modules_.size());
     ModulePlace &module = modules_.emplace_back();
     module.index = index;
@@ -288,6 +286,7 @@ void Boards::set_power(uint32_t index, Cycles at, bool on) {
     ModulePlace &module = modules_[index];
     if (module.powered) module.eeprom = module.board->eeprom();
     module.powered = on;
+    module.on_bus = false;
     modules_rest_[index] = on ? 0 : NEVER;
     module.failed = false;
     module.line.clear();
@@ -298,40 +297,45 @@ void Boards::set_power(uint32_t index, Cycles at, bool on) {
                          context_.chance);
 }
 
-std::vector<ModuleBoards::QueuedFrame> Boards::take_queued_frames() {
-    return std::exchange(queued_, {});
+void Boards::pass_frames(ModuleNodes &nodes) {
+    for (ModulePlace &module : modules_) {
+        if (!module.on_bus || nodes.queued(module.index) > 0) continue;
+        module.on_bus = false;  // its node went bus-off
+        if (!module.powered) continue;
+        const CanErrors errors = nodes.errors(module.index);
+        up_to_date(module).set_can_errors(errors.transmit, errors.receive, true);
+        up_to_date(module).frame_lost();
+    }
+    std::erase_if(queued_, [&](const QueuedFrame &frame) {
+        if (!modules_[frame.module].powered) return true;
+        if (!nodes.sends(frame.module)) return false;
+        nodes.queue(frame.module, frame.output);
+        modules_[frame.module].on_bus = true;
+        return true;
+    });
 }
 
 void Boards::frame_sent(uint32_t module, Cycles at) {
+    modules_[module].on_bus = false;
     if (modules_[module].powered) up_to_date(modules_[module]).frame_sent(at);
 }
 
-void Boards::frame_lost(uint32_t module) {
-    if (modules_[module].powered) up_to_date(modules_[module]).frame_lost();
+void Boards::receive_can(uint32_t module, Cycles at, const CanFrame &frame,
+                         const CanErrors &errors) {
+    if (!modules_[module].powered) return;
+    ModuleBoard &board = up_to_date(modules_[module]);
+    board.set_can_errors(errors.transmit, errors.receive, errors.bus_off);
+    board.receive_can(at, frame);
 }
 
-void Boards::receive_can(uint32_t module, Cycles at, const CanFrame &frame) {
-    if (modules_[module].powered) up_to_date(modules_[module]).receive_can(at, frame);
-}
-
-void Boards::set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive, bool bus_off) {
-    if (modules_[module].powered)
-        up_to_date(modules_[module]).set_can_errors(transmit, receive, bus_off);
-}
-
-CellLight Boards::module_light(uint32_t module, uint8_t cell) const {
+CellLight Boards::light(uint32_t module, uint8_t cell, Cycles /*at*/) {
     return modules_[module].powered ? modules_[module].board->light(cell) : CellLight{};
 }
 
-bool Boards::module_stopped(uint32_t module) const { return modules_[module].failed; }
-
-uint32_t Boards::module_ticks(uint32_t module) {
+ModuleDriver::About Boards::about(uint32_t module) {
     ModulePlace &place = modules_[module];
-    return place.powered ? up_to_date(place).tick() : place.board->tick();
-}
-
-uint32_t Boards::frames_missed(uint32_t module) const {
-    return modules_[module].board->frames_missed();
+    const uint32_t ticks = place.powered ? up_to_date(place).tick() : place.board->tick();
+    return {"on a board", place.failed, ticks, 0, place.board->frames_missed()};
 }
 
 }  // namespace kilotwin

@@ -8,8 +8,9 @@
 ///
 /// To the channel a board is a sender whose message is known only when it has ended: it gets
 /// flashes, and what a reader of pulses makes of them. Stations are the robots, then four cells for
-/// each module. What a module's controller queues reaches its bus a QUANTUM later. One thread
-/// executes all boards of a world.
+/// each module. What a module's controller queues reaches its bus a QUANTUM later; it has one frame
+/// there at a time, and waits with it while its node may not send. One thread executes all boards of
+/// a world.
 #ifndef KILOTWIN_AVR_BOARDS_BOARDS_H
 #define KILOTWIN_AVR_BOARDS_BOARDS_H
 
@@ -23,14 +24,15 @@
 #include "avr/boards/module_board.h"
 #include "avr/boards/robot_board.h"
 #include "base/memory.h"
-#include "grid/grid.h"
+#include "grid/cells.h"
 #include "infrared/infrared_pulses.h"
+#include "modules/driver.h"
 #include "robots/robot.h"
 
 namespace kilotwin {
 
 /// One per run; empty without chips. The channel executes it (board_stations.h).
-class Boards : public ModuleBoards {
+class Boards final : public ModuleDriver {
   public:
     /// The lock-step and the lag of light: 128 us, a count of a robot's timer 0.
     static constexpr Cycles QUANTUM = 1024;
@@ -47,6 +49,9 @@ class Boards : public ModuleBoards {
 
     /// `robots` are those of the world; they must live on and not move in memory. `context`, too.
     Boards(Swarm<Robot> &robots, const RobotContext &context);
+
+    /// The program of all modules: an image of the chip, or EngineError.
+    void load_module(const std::string &program) { module_flash_ = FlashImage::load(program); }
 
     /// Gives robot `index`, which was made without a program, a board. In ascending order of index.
     void add(uint32_t index, const FlashImage &flash, Cycles power_up);
@@ -72,24 +77,21 @@ class Boards : public ModuleBoards {
     }
 
     // The modules.
-    void add_module(const std::string &program, uint8_t x, uint8_t y, Cycles tick,
-                    Cycles power_up) override;
+    void add(uint8_t x, uint8_t y, Cycles tick, Cycles power_up) override;
     void set_power(uint32_t index, Cycles at, bool on) override;
-    std::vector<QueuedFrame> take_queued_frames() override;
+    /// None: an MCP2515 filters by itself.
+    std::vector<uint16_t> filters(uint32_t /*module*/) const override { return {}; }
+    void receive_can(uint32_t module, Cycles at, const CanFrame &frame,
+                     const CanErrors &errors) override;
     void frame_sent(uint32_t module, Cycles at) override;
-    void frame_lost(uint32_t module) override;
-    void receive_can(uint32_t module, Cycles at, const CanFrame &frame) override;
-    void set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive,
-                        bool bus_off) override;
-    CellLight module_light(uint32_t module, uint8_t cell) const override;
-    bool module_stopped(uint32_t module) const override;
-    uint32_t module_ticks(uint32_t module) override;
-    uint32_t frames_missed(uint32_t module) const override;
+    void pass_frames(ModuleNodes &nodes) override;
+    CellLight light(uint32_t module, uint8_t cell, Cycles at) override;
+    About about(uint32_t module) override;
+    Events take_events() override { return std::exchange(module_events_, {}); }
     /// The cell that the multiplexer of its receiver selects.
     uint8_t listening_cell(uint32_t module) const {
         return modules_[module].board->listening_cell();
     }
-    Events take_module_events() override { return std::exchange(module_events_, {}); }
 
     /// Executes all boards up to `until`, quantum by quantum, or returns the next flash before
     /// `until`, which the caller passes on before it goes on. busy(robot) says whether anything is
@@ -180,7 +182,13 @@ class Boards : public ModuleBoards {
         std::vector<Lamp> lamps;           ///< by cell
         std::string line;                  ///< printed, not yet ended
         bool powered = true;               ///< else it is dead
+        bool on_bus = false;               ///< its controller's frame waits at its node
         bool failed = false;               ///< as Place::failed
+    };
+    /// A CAN frame that a module's controller has queued.
+    struct QueuedFrame {
+        uint32_t module;
+        CanOutput output;
     };
     /// A board that sees a station.
     struct Reached {
@@ -236,8 +244,8 @@ class Boards : public ModuleBoards {
                                                       ///< up to then
     std::deque<ModulePlace> modules_;                 ///< by index in the grid
     std::shared_ptr<const FlashImage> module_flash_;  ///< all modules run the same
-    std::vector<QueuedFrame> queued_;                 ///< since take_queued_frames()
-    Events module_events_;                            ///< since take_module_events()
+    std::vector<QueuedFrame> queued_;                 ///< that have not reached a node yet
+    Events module_events_;                            ///< since take_events()
     std::vector<std::vector<Reached>> reached_;       ///< by station
     std::deque<Flash> flashes_;                       ///< in order of time
     Cycles now_ = 0;

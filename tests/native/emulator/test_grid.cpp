@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <map>
+#include <string_view>
 
 #include "address.h"
 #include "base/errors.h"
@@ -309,10 +310,13 @@ TEST_CASE("a module that is reset in mid-run comes up idle, and can be set up ag
     host.start();
     const uint32_t module = simulation.grid().layout().module(0, 0);
     simulation.advance(90);
-    CHECK(simulation.grid().module(module).state() == Module::State::RUNNING);
+    auto state = [&](uint32_t index) {
+        return std::string_view(simulation.grid().about(index, simulation.now()).state);
+    };
+    CHECK(state(module) == "running");
     simulation.advance(110);
-    CHECK(simulation.grid().module(module).state() == Module::State::IDLE);
-    CHECK(simulation.grid().module(3).state() == Module::State::RUNNING);
+    CHECK(state(module) == "idle");
+    CHECK(state(3) == "running");
     simulation.take_events();
     simulation.advance(100);
     CHECK(states_heard(simulation.take_events(), 0).empty());
@@ -376,8 +380,8 @@ TEST_CASE("a bus reaches its own rows only") {
     simulation.advance(30);
     for (uint32_t module = 0; module < 8; module++) {
         CAPTURE(module);
-        CHECK(simulation.grid().module(module).state() ==
-              (module < 4 ? Module::State::IDLE : Module::State::RUNNING));
+        CHECK(std::string_view(simulation.grid().about(module, simulation.now()).state) ==
+              (module < 4 ? "idle" : "running"));
     }
     CHECK_THROWS_AS(simulation.send_can(2, {}), EngineError);
 }

@@ -381,7 +381,7 @@ GridOutcome grid_outcome_of(SimulationDef def, bool run_ahead, int64_t duration_
         outcome.lights.insert(outcome.lights.end(), light.rgb.begin(), light.rgb.end());
     }
     for (uint32_t module = 0; module < grid.layout().modules(); module++)
-        outcome.ticks.push_back(grid.module(module).ticks());
+        outcome.ticks.push_back(grid.about(module, simulation.now()).ticks);
     outcome.counts = grid.counts;
     return outcome;
 }
