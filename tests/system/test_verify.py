@@ -37,6 +37,26 @@ cpu = "native"
 sample_s = 0.5
 """
 
+GRID = """
+seed = 1
+duration_s = 2
+[grid]
+columns = 2
+rows = 1
+buses = 1
+cpu = "{cpu}"
+[swarm]
+profile = "kilobot"
+[[robots]]
+program = "firmware/examples/talk_and_listen.c"
+count = 1
+[[site]]
+name = "black"
+shape = "circle"
+centre_m = [0.0, 0.0]
+diameter_m = 0.1
+"""
+
 
 @pytest.fixture
 def make(tmp_path: Path, kilotwin: Kilotwin) -> Make:
@@ -88,6 +108,22 @@ def test_a_run_is_repeated_elsewhere_without_what_it_was_made_of(
     (folder.parent / "walking.c").write_text("an edited program")
     (folder.parent / "walking.toml").unlink()
     verdict = json.loads(kilotwin("run", "--verify", there, "--json").stdout)
+    assert (verdict["same"], verdict["changed"]) == (True, [])
+
+
+@pytest.mark.parametrize("cpu", ["native", "avr"])
+def test_a_grid_with_our_module_program_is_repeated_where_nothing_is_built_yet(
+    cpu: str,
+    tmp_path: Path,
+    kilotwin: Kilotwin,
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The program's files include headers two folders above, and the host knows its cells."""
+    (tmp_path / "grid.toml").write_text(GRID.format(cpu=cpu))
+    kilotwin("run", tmp_path / "grid.toml", "--out", tmp_path / "run")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+    verdict = json.loads(kilotwin("run", "--verify", tmp_path / "run", "--json").stdout)
     assert (verdict["same"], verdict["changed"]) == (True, [])
 
 

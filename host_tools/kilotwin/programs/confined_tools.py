@@ -16,6 +16,7 @@ from pathlib import Path
 
 from kilotwin.errors import RunError
 from kilotwin.files import confinement, resources
+from kilotwin.files.places import PARCEL
 
 HELPER = Path(__file__).resolve().parents[1] / "kilotwin_confined"
 CANNOT_START = 125
@@ -112,14 +113,16 @@ def _sources_of(folder: Path) -> Iterator[str]:
 
 def program_folders(source: Path) -> Iterator[Path]:
     """Folders that belong to the program of a source: its own, the one that holds that, and its
-    checkout; but, of these two, none that holds the files of a user, or of all."""
+    checkout, or the parcel of the run folder that keeps it; but, of these, none that holds the
+    files of a user, or of all."""
     home = Path.home()
     folder = source.resolve().parent
     yield folder
     for ancestor in folder.parents:
         if len(ancestor.parts) <= _SHALLOW or home.is_relative_to(ancestor):
             return
-        if ancestor == folder.parent or (ancestor / ".git").exists():
+        whole = ancestor.name == PARCEL or (ancestor / ".git").exists()
+        if whole or ancestor == folder.parent:
             yield ancestor
 
 

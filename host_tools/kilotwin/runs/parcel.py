@@ -19,10 +19,10 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program
 from kilotwin.experiment.toml_text import toml_of
 from kilotwin.files import resources
-from kilotwin.files.places import PARCEL
+from kilotwin.files.places import OURS, PARCEL
+from kilotwin.programs.confined_tools import program_folders
 from kilotwin.programs.includes import files_read
 
-_OURS = "kilotwin"
 # Keys whose texts name files or folders; those of Python end in `:name`.
 _FILES = {"program", "hex", "include", "wire", "lab", "image", "configuration", "kilobot_ids"}
 _PYTHON = {"function", "program"}
@@ -88,9 +88,14 @@ def _files_of(program: Program) -> set[Path]:
     if not program.sources:
         return {program.path}
     around = {*program.include_folders, *(source.parent for source in program.sources)}
-    # Headers may lie in a folder beside these.
-    above = [f"-I{folder}" for folder in (*around, *(folder.parent for folder in around))]
-    told = files_read(program.sources, above)
+    # Headers may lie wherever the compiler may read, as in the program's checkout.
+    above = {
+        *around,
+        *(folder.parent for folder in around),
+        *(folder for source in program.sources for folder in program_folders(source)),
+        *resources.roots(),
+    }
+    told = files_read(program.sources, [f"-I{folder}" for folder in sorted(above)])
     if told is not None:
         return {Path(os.path.normpath(path)) for path in told}
     found = (path for folder in sorted(around) for path in sorted(folder.rglob("*")))
@@ -120,7 +125,7 @@ def _naming(paths: set[Path]) -> Callable[[Path], str]:
 
     def name_of(path: Path) -> str:
         root = root_of(path)
-        below = PurePosixPath(PARCEL, *([_OURS] if root else []))
+        below = PurePosixPath(PARCEL, *([OURS] if root else []))
         return str(below / path.relative_to(root or common).as_posix())
 
     return name_of

@@ -41,6 +41,14 @@ def test_headers_above_a_program_and_in_its_checkout_are_read(tmp_path: Path) ->
     assert build(find_program(str(source), HERE)).file.is_file()
 
 
+def test_headers_of_a_run_folders_parcel_are_read(tmp_path: Path) -> None:
+    source = tmp_path / "run/parcel/lab/robots/one/here.c"
+    source.parent.mkdir(parents=True)
+    (tmp_path / "run/parcel/lab/top.h").write_text("#define TOP 1\n")
+    source.write_text(f'#include "../../top.h"\n{BLINK}')
+    assert build(find_program(str(source), HERE)).file.is_file()
+
+
 def test_folders_that_an_experiment_includes_are_read(tmp_path: Path) -> None:
     (tmp_path / "lib").mkdir()
     (tmp_path / "lib/mine.h").write_text("#define MINE 1\n")

@@ -130,3 +130,14 @@ def test_sources_may_be_left_out(lab: Path) -> None:
     parcel = parcel_of(experiment)
     assert parcel.files == {}
     assert parcel.experiment == experiment.to_toml()
+
+
+def test_headers_of_a_checkout_are_kept_however_far_above_the_program(lab: Path) -> None:
+    (lab / ".git").mkdir()
+    (lab / "deep/er/robots").mkdir(parents=True)
+    (lab / "deep/er/robots/main.c").write_text(
+        PROGRAM.format(more='#include "../../../top.h"').replace("../common", "../../../common")
+    )
+    (lab / "top.h").write_text("")
+    files = parcel_of(load(lab, **{'"robots"': '"deep/er/robots"'})).files
+    assert {"top.h", "colour.h"} <= {path.name for path in files}

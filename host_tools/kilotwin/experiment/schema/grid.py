@@ -52,6 +52,10 @@ class GridCells(Section):
     """The oscillator's rate between modules: standard deviation, share."""
 
 
+SITES = "kilogrid_modules/sites"
+"""The module program that comes with Kilotwin."""
+
+
 class Grid(Section):
     """A Kilogrid under the robots, its modules 10 cm wide with 2 x 2 cells. It makes the arena.
 
@@ -64,9 +68,7 @@ class Grid(Section):
     """Modules along y."""
     buses: Annotated[int, Field(ge=1, le=8)] = 4
     """CAN buses; each has an equal share of the rows, 112 modules at most."""
-    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(one_or_more)] = [
-        "kilogrid_modules/sites"
-    ]
+    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(one_or_more)] = [SITES]
     """The modules' program: a `.c` file, a folder, or a list of `.c` files."""
     hex: Text | None = None
     """Instead of `program`: a `.hex` or `.elf` for the modules' ATmega328P, as it is flashed."""

@@ -1,6 +1,7 @@
 """Whether an experiment's robots run `firmware/aggregation`, whose messages the host knows."""
 
 from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.files.places import names_ours
 
 PROGRAM = "firmware/aggregation"
 
@@ -11,4 +12,4 @@ def runs_aggregation(experiment: ExperimentSchema) -> bool:
         return True
     kinds = experiment.robots
     programs = [kind.program for kind in kinds] if kinds else [experiment.swarm.program]
-    return all(program == [PROGRAM] for program in programs)
+    return all(names_ours(program, PROGRAM) for program in programs)

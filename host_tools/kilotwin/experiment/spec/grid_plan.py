@@ -12,7 +12,7 @@ import numpy as np
 from kilotwin.experiment.files import find_file, shown
 from kilotwin.experiment.pictures import Picture
 from kilotwin.experiment.schema.experiment import ExperimentSchema
-from kilotwin.experiment.schema.grid import Grid, GridChange
+from kilotwin.experiment.schema.grid import SITES, Grid, GridChange
 from kilotwin.experiment.spec import grid_sites as sites
 from kilotwin.experiment.spec import kconf
 from kilotwin.experiment.spec.grid_layout import (
@@ -25,6 +25,7 @@ from kilotwin.experiment.spec.grid_layout import (
 from kilotwin.experiment.spec.serials import read_serials
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
+from kilotwin.files.places import names_ours
 
 Configuration = Mapping[Module, kconf.Content]
 """Bytes that a module is to have, or the configurations that a `.kconf` file sends it in turn."""
@@ -129,8 +130,7 @@ def _configuration(
 
 def is_ours(grid: Grid) -> bool:
     """Whether the modules run `kilogrid_modules/sites`."""
-    ours: bool = grid.program == Grid.model_fields["program"].default
-    return ours
+    return names_ours(grid.program, SITES)
 
 
 def _read(written: str, path: KeyPath, layout: Layout, origin: ExperimentText) -> Configuration:
