@@ -182,4 +182,4 @@ def test_a_hex_is_run_as_it_is(boards: Run, run_grid: RunGrid) -> None:
     assert result(again) == result(boards)
     resolved = Experiment.load(again.folder / "experiment.toml")
     assert resolved.modules is not None
-    assert resolved.modules.program.path == image
+    assert resolved.modules.program.path.read_bytes() == image.read_bytes()
