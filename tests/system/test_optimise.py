@@ -1,6 +1,7 @@
 """`kilotwin optimise` and `sensitivity`: what they find, and that a kill changes nothing."""
 
 import json
+import shutil
 import signal
 import subprocess
 import time
@@ -8,6 +9,8 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+
+from kilotwin.studies.sweep.parts import Parts
 
 from .conftest import KILOTWIN, Kilotwin
 
@@ -59,18 +62,20 @@ def test_a_killed_search_goes_on_to_the_same_result_and_runs_nothing_twice(
         [KILOTWIN, *map(str, words), "-j", "1", "--out", tmp_path / "killed"], env=environment
     )
     end = time.monotonic() + 600
-    while len(list((tmp_path / "killed/parts").glob("*.arrows"))) < 5:
+    file = tmp_path / "killed/parts"
+    while len(Parts(file)) < 5:
         assert killed.poll() is None
         assert time.monotonic() < end
         time.sleep(0.01)
     killed.send_signal(signal.SIGKILL)
     killed.wait()
-    there = {part.name for part in (tmp_path / "killed/parts").glob("*.arrows")}
-    before = {name: (tmp_path / "killed/parts" / name).stat().st_mtime_ns for name in there}
+    Parts(file).mend()  # of a part that the kill cut
+    before = file.read_bytes()
     again = kilotwin(*words, "--json", "-j", "1", "--out", tmp_path / "killed")
     assert json.loads(again.stdout) == whole
-    for name, changed in before.items():
-        assert (tmp_path / "killed/parts" / name).stat().st_mtime_ns == changed
+    assert file.read_bytes().startswith(before)
+    assert len(Parts(file)) == whole["trials"]
+    assert file.stat().st_size == (tmp_path / "whole/parts").stat().st_size
     tables = [pq.read_table(tmp_path / run / "trials.parquet") for run in ("whole", "killed")]
     assert tables[0].equals(tables[1])
     assert whole["trials"] == tables[0].num_rows
@@ -151,3 +156,22 @@ def test_the_optimum_of_a_grid_is_found_with_a_tenth_of_its_trials(
     found = json.loads(kilotwin("optimise", experiment, *OVER, *goal, *words).stdout)
     assert found["trials"] <= len(trials) / 10
     assert found["best"][0]["means"][0] > best - 50
+
+
+@pytest.mark.long
+@pytest.mark.skipif(shutil.which("Rscript") is None, reason="irace is not here")
+def test_irace_finds_the_top_and_a_second_time_runs_no_trial(
+    kilotwin: Kilotwin, experiment: Path, tmp_path: Path
+) -> None:
+    goal = ("--metric", "score", "--goal", "max", "--points", "60", "--repeats", "3")
+    words = ["optimise", experiment, "--with", "irace", *OVER, *goal, "--confirm", "3", "-q"]
+    out = ("--json", "-j", "2", "--out", tmp_path / "out")
+    found = json.loads(kilotwin(*words, *out).stdout)
+    best = found["best"][0]
+    assert abs(best["point"]["light.ambient"] - 700) < 100
+    assert abs(best["point"]["temperature"] - 250) < 100
+    assert found["confirmed"]["best"]["value"] > found["confirmed"]["as_it_is"]["value"]
+    assert pq.read_table(tmp_path / "out/trials.parquet").num_rows == found["trials"]
+    before = (tmp_path / "out/parts").read_bytes()
+    assert json.loads(kilotwin(*words, *out).stdout) == found
+    assert (tmp_path / "out/parts").read_bytes() == before

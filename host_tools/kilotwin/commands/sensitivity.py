@@ -1,5 +1,6 @@
 """`kilotwin sensitivity`: which keys of an experiment matter for a metric."""
 
+import contextlib
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -16,8 +17,8 @@ from kilotwin.commands.sweep import (
     TrialTimeout,
 )
 from kilotwin.files import extras
+from kilotwin.studies.pool.places import place_for
 from kilotwin.studies.search.space import parse_axes, whole_numbers_of
-from kilotwin.studies.sweep.executors import place_for
 
 app = command_app()
 
@@ -75,13 +76,14 @@ def sensitivity(
     laboratory.open(out, "sensitivity")
     from kilotwin.studies.search import sensitivity as module
 
-    found = module.sensitivity(
-        axes,
-        metric,
-        laboratory,
-        method=method.value,
-        samples=samples,
-        repeats=repeats,
-        seed=search_seed,
-    )
+    with contextlib.closing(laboratory):
+        found = module.sensitivity(
+            axes,
+            metric,
+            laboratory,
+            method=method.value,
+            samples=samples,
+            repeats=repeats,
+            seed=search_seed,
+        )
     tell(laboratory, found, as_json)
