@@ -218,8 +218,14 @@ def test_modules_see_each_configuration_that_a_file_has_for_them() -> None:
     assert [shown[row, 3] for row in (1, 3)] == [2, 4]
 
 
-def test_modules_that_pause_run_on_as_they_were_configured_once(tmp_path: Path) -> None:
+@pytest.mark.parametrize("pause_ms", [700, 3000])
+def test_modules_that_pause_run_on_as_they_were_configured_once(
+    pause_ms: int, tmp_path: Path
+) -> None:
     (tmp_path / "empty.kconf").write_text("")
-    cells, happened = turns(40, 700, configuration=str(tmp_path / "empty.kconf"))
-    assert "module_configured_again" not in happened
+    cells, happened = turns(40, pause_ms, configuration=str(tmp_path / "empty.kconf"))
+    assert happened[:3] == ["set_up", "configure", "run"]
+    # It is told of once, and nobody is called silent.
+    assert set(happened[3:]) <= {"module_pauses"}
+    assert len(happened) <= 4
     assert (cells[1::2, 1::2, 1] == 1).all()

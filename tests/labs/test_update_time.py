@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from kilotwin import World
+from kilotwin.studies.sweep.plan import read_plan
 from kilotwin.units import TICK_S
 
 FOLDER = Path(__file__).resolve().parents[2] / "experiments/kilogrid/update-time"
@@ -111,3 +112,36 @@ define = ["WEIGHT={count}"]
     with World(tmp_path / "kinds.toml", seed=1) as world:
         world.run(1)
         assert len(world.poses) == 5
+
+
+@pytest.mark.parametrize(
+    ("cpu", "define", "stay"),
+    [
+        ("native", [], False),
+        ("translated", [], True),
+        ("avr", [], True),
+        ("translated", ["GUARDED=1"], False),
+    ],
+)
+def test_the_minute_shows_in_who_stays_on_each_machine(
+    cpu: str, define: list[str], stay: bool
+) -> None:
+    words = ["UPDATE_S=0", "FLOOR=1", *define]
+    text = ",".join(f'"{word}"' for word in words)
+    with World(
+        FOLDER / "alone.toml", seed=1, set=[f"swarm.cpu={cpu}", f"robots.0.define=[{text}]"]
+    ) as world:
+        staying = 0
+        for _ in range(5):
+            world.run(40)
+            staying += world.states.count("staying")
+    # Five looks at two robots, of which the first comes before the minute.
+    assert (staying >= 5) == stay
+
+
+@pytest.mark.parametrize("sweep", ["draws.toml", "minute.toml"])
+def test_the_sweeps_of_the_walkthrough_have_runs_enough_for_a_verdict(sweep: str) -> None:
+    trials = read_plan(FOLDER / sweep).trials
+    seeds = {trial.seed for trial in trials}
+    assert len(seeds) >= 5  # compare decides nothing with fewer
+    assert len(trials) % len(seeds) == 0

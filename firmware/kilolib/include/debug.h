@@ -46,10 +46,11 @@ void debug_init_nonblocking(void);
 #endif
 
 // Macros of the ARGoS simulator's debug.h, by which its programs show values: `field` need not be
-// declared outside of it. They vanish here, as they do on robots there.
-#define debug_info_create()
-#define debug_info_destroy()
-#define debug_info_get(field)
-#define debug_info_set(field, value)
+// declared outside of it. They vanish here, as they do on robots there. Some programs give
+// debug_info_create() the type that they have declared.
+#define debug_info_create(...)
+#define debug_info_destroy(...)
+#define debug_info_get(...)
+#define debug_info_set(field, ...)
 
 #endif

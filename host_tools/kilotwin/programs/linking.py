@@ -32,6 +32,32 @@ _UNDEFINED = re.compile(
     r"^(?:\S*ld: )?(?:(.+):)?(?:(\d+)|\(.+\)): undefined reference to [`'](.+)'$", re.MULTILINE
 )
 
+_MISSING_HEADER = re.compile(
+    r"fatal error: '?([^:'\n]+)'?(?:: No such file or directory| file not found)"
+)
+# Headers that labs keep beside their programs, by where they are found.
+_KEPT = {
+    "agent.h": "an ARGoS project keeps it beside its behaviours",
+    "communication.h": "an experiment's folder keeps it above those of its robot and module",
+}
+_IN_SIMULATOR = re.compile(r"argos3?/|\.hpp$")
+
+
+def missing_header(said: str) -> str:
+    """The end of an error whose compiler did not find a header: which, and what to do; else ""."""
+    found = _MISSING_HEADER.search(said)
+    if found is None:
+        return ""
+    header = found[1]
+    if _IN_SIMULATOR.search(header):
+        return f"; {header} is a simulator's own, in C++: leave out what needs it, by #ifdef"
+    kept = _KEPT.get(Path(header).name)
+    where = f" ({kept})" if kept else ""
+    return (
+        f"; there is no {header}{where}: put it beside the program, or name its folder, by -I or "
+        "in an experiment by include"
+    )
+
 
 def check_main(program: Program, nm: str, objects: Sequence[Path], symbol: str = "main") -> None:
     """InputError unless one of the program's `objects`, one for each source, has its main().

@@ -144,13 +144,14 @@ class EmulatedHost(Companion):
 
     def summary(self) -> dict[str, Any]:
         """`grid`."""
-        poller = self.conductor.controller.poller
+        controller = self.conductor.controller
+        poller = controller.poller
         grid = {
             "reports": poller.counts.reports,
             "polls": poller.counts.asked,
             "polls_missed": poller.counts.missed,
             "bad_frames": poller.counts.bad_frames,
-            "modules_failed": self.record.failed_modules(poller.silent),
+            "modules_failed": self.record.failed_modules(controller.silent),
             "undefined": self.record.undefined(),
             "buses": self.simulation.can_stats(),
             "cells": self.simulation.cell_stats(),

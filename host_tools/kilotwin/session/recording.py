@@ -297,7 +297,7 @@ class _Recording:
                 "polls_missed": poller.counts.missed,
                 "reports_cut": poller.counts.cut,
                 "bad_frames": poller.counts.bad_frames,
-                "modules_failed": self._record.failed_modules(poller.silent),
+                "modules_failed": self._record.failed_modules(controller.silent),
                 "size": f"{layout.columns}x{layout.rows}",
                 "buses": self._names,
                 "buses_down": [

@@ -15,7 +15,7 @@ void setup() {
 void loop() {
     set_LED_with_brightness(CELL_00, RED, sum);
     set_LED_with_brightness(CELL_01, RED, times);
-    for (uint8_t i = 0; i < PAUSE_MS / 10; i++) _delay_ms(10);
+    for (uint16_t i = 0; i < PAUSE_MS / 10; i++) _delay_ms(10);
 }
 
 int main() {

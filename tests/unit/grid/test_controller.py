@@ -20,6 +20,7 @@ from kilotwin.table.grid.can_links import CanLinks
 from kilotwin.table.grid.controller import Controller
 from kilotwin.table.grid.cover import ALL_MODULES, Group
 from kilotwin.table.grid.poller import Reports
+from kilotwin.table.grid.silence import SILENT_S
 
 from .module_table import Module, ModuleTable
 
@@ -198,7 +199,7 @@ def test_a_dead_module_is_passed_over_and_reported(build: Build) -> None:
     rig.pass_time(10)
     (found,) = [event for event in rig.events if event[1] == "module_silent"]
     assert found[2] == {"module": [1, 2]}
-    assert found[0] - died_s < 3 * (0.8 + 0.4) + 0.8
+    assert found[0] - died_s < SILENT_S + 0.8
     rig.table.robot_says((2, 2), 0, bytes(7))
     rig.pass_time(1.5)
     assert rig.heard == [(2, 2, 0, bytes(7))]
@@ -247,7 +248,28 @@ def test_modules_whose_programs_pause_are_not_configured_again(
     assert rig.controller.poller.counts.missed > 60
     assert rig.kinds().count("module_configured_again") == 0
     assert rig.kinds().count("module_pauses") <= 1
+    assert not {"module_silent", "module_back"} & set(rig.kinds())
+    assert rig.controller.silent == []
     assert all(module.runs == 1 for module in rig.table.modules.values())
+
+
+@pytest.mark.parametrize("pause_s", [3.0, 9.0])
+def test_a_module_that_dies_among_those_that_pause_is_reported(
+    build: Build, pause_s: float
+) -> None:
+    rig = build(ours=False)
+    for module in rig.table.modules.values():
+        module.pause_s = pause_s
+    rig.start()
+    rig.pass_time(5 * pause_s)
+    # Until a second answer in a row is late, a long pause looks like a module that is gone.
+    early = rig.kinds().count("module_silent")
+    assert early == rig.kinds().count("module_back") <= (0 if pause_s < SILENT_S else 2 * 12)
+    assert rig.kinds().count("module_pauses") == 1
+    rig.table.modules[1, 2].dead = True
+    rig.pass_time(5 * pause_s)
+    assert rig.kinds().count("module_silent") == early + 1
+    assert rig.controller.silent == [(1, 2)]
 
 
 def test_a_module_that_was_reset_among_those_that_pause_is_configured_again(build: Build) -> None:

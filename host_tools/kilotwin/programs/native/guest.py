@@ -25,6 +25,7 @@ from typing import IO
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
+from kilotwin.programs import linking
 from kilotwin.programs.apis import APIS, defined_symbols, missing_symbols, wanted_helpers
 from kilotwin.programs.cache import (
     Notify,
@@ -38,7 +39,6 @@ from kilotwin.programs.cache import (
 from kilotwin.programs.confined_tools import CANNOT_START, confined, scratch_of
 from kilotwin.programs.image.flags import avr_words, clock_define
 from kilotwin.programs.includes import files_read
-from kilotwin.programs.linking import ENGLISH, check_absent, check_main, explained
 from kilotwin.programs.native import period
 
 # Besides the robot's dialect, and nothing that would make results differ between compilers.
@@ -337,8 +337,8 @@ class _Builder:
             if changes:
                 sources = self._changed(sources, changes, work / "changed")
             objects = self._compile(sources, flags, work / "program")
-            check_main(self._program, "nm", objects, MAIN)
-            check_absent(self._program, "nm", objects)
+            linking.check_main(self._program, "nm", objects, MAIN)
+            linking.check_absent(self._program, "nm", objects)
             helpers = wanted_helpers("nm", objects, self._kept(self._helpers, self._helper_flags))
             side = self._kept(self._side, self._side_flags)
             library, merged = work / "libside.a", work / "merged.o"
@@ -360,9 +360,9 @@ class _Builder:
             linked = work / "linked.so"
             try:
                 link = [self._compiler, *_SHARED_FLAGS, version_script]
-                self._tool([*link, "-o", linked, merged, "-lm"], ENGLISH)
+                self._tool([*link, "-o", linked, merged, "-lm"], linking.ENGLISH)
             except InputError as error:
-                raise explained(error, self._program, "nm", objects) from None
+                raise linking.explained(error, self._program, "nm", objects) from None
             keep(linked, target)
 
     def _settles_period(
@@ -376,8 +376,8 @@ class _Builder:
         """Whether the program cannot change kilo_tx_period after its set-up."""
         try:
             plain = self._compile(sources, [*flags, *period.FLAGS], folder)
-            code = self._tool(["objdump", "-drw", "--no-show-raw-insn", *plain], ENGLISH)
-            data = self._tool(["objdump", "-rw", *plain], ENGLISH)
+            code = self._tool(["objdump", "-drw", "--no-show-raw-insn", *plain], linking.ENGLISH)
+            data = self._tool(["objdump", "-rw", *plain], linking.ENGLISH)
         except InputError:
             return False
         known = missing_symbols("nm", objects) | defined_symbols("nm", side) | _COMPILERS_OWN
@@ -468,7 +468,7 @@ def suggestions(program: Program) -> dict[str, str]:
     for source in program.sources:
         command = [compiler, *flags, "-fsyntax-only", str(source)]
         with contextlib.suppress(InputError):
-            run_tool(command, "", ENGLISH, confine=True, warned=said.append)
+            run_tool(command, "", linking.ENGLISH, confine=True, warned=said.append)
     return dict(_SUGGESTION.findall("".join(said)))
 
 
@@ -545,6 +545,8 @@ def run_tool(
         failure += "; it takes more memory, time or room than a compiler gets (docs/security.md)"
     if confine and os.strerror(errno.EACCES) in done.stderr:
         failure += "; it may read the program's folders, those of `include`, and the system's"
+    elif confine:
+        failure += linking.missing_header(done.stderr)
     raise InputError(failure, detail=done.stderr.rstrip())
 
 

@@ -14,6 +14,8 @@ from kilotwin.programs.native.guest import build as build_guest
 from kilotwin.programs.port import (
     bounds,
     callbacks,
+    draws,
+    halves,
     machine_code,
     numbers,
     retrial,
@@ -106,7 +108,8 @@ def check(
     roles = find_roles(lines)
     stack = bound(code, roles)
     if program.target == "module":
-        found = tuple(machine_code.size(code, stack))
+        sizes = [*machine_code.size(code, stack), *machine_code.scant_memory(code, lines)]
+        found = in_order([*sizes, *halves.two_programs(program)])
         return Report(program.name, code.flash_bytes, code.ram_bytes, stack, None, found)
     # The API's own code is not the program's to mend.
     own = {line.place.file for line in lines}
@@ -119,18 +122,20 @@ def check(
     silent = {name for name in roles.callbacks["tx"] if machine_code.sends_nothing(code, name)}
     findings = [
         *machine_code.size(code, stack),
+        *machine_code.scant_memory(code, lines),
         *machine_code.interrupts(code, roles),
         *machine_code.torn(code, roles),
         *callbacks.before_setup(code, roles),
         *callbacks.messages(code, roles, lines),
         *source_text.ticks(lines, outcome),
-        *source_text.draws(lines),
+        *draws.draws(program, lines),
         *source_text.motors(lines, outcome),
         *source_text.checksum(lines, roles, silent, outcome),
         *source_text.widths(program),
         *source_text.missing_returns(image.warnings),
         *source_text.shifts(lines),
         *source_text.joined_bytes(lines),
+        *halves.two_programs(program),
     ]
     theirs = [found for found in findings if found.place is None or found.place.file in own]
     theirs += of_run

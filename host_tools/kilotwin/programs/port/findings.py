@@ -23,7 +23,7 @@ _CONSEQUENCES = (
     # The robot does not take the program, or does not go on.
     ("flash", "stack", "stops", "stack-meets-data", "fails-here"),
     # It does something else.
-    ("differs-in-passes", "differs", "no-kick", "no-crc"),
+    ("differs-in-passes", "differs", "no-kick", "no-crc", "two-programs"),
     # Variables get values that nobody gave them.
     ("array-bounds", "int-overflow", "float-to-int", "int-width", "no-return"),
     # An action meant to happen once happens often, or not at all.

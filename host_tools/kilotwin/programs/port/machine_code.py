@@ -1,14 +1,18 @@
 """Checks on the linked program: size, stack, what interrupts do and share with the rest."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 
 from kilotwin.programs.image.image_size import FLASH_BYTES, RAM_BYTES
 from kilotwin.programs.port.disassembly import Disassembly, Function, Instruction, Place, Variable
 from kilotwin.programs.port.findings import Finding, Weight
-from kilotwin.programs.port.roles import Roles
+from kilotwin.programs.port.roles import Line, Roles
 from kilotwin.programs.port.stack import StackBound
 
 STACK_RESERVE = 64  # for what the static bound cannot know, as an interrupt's first pushes
+SCANT_BYTES = 300
+"""Room for the stack below which the largest array is named: the runtime and a few calls with
+floating point take half of it."""
 
 # Floating point on the AVR: hundreds to thousands of cycles each.
 _FLOATS = {
@@ -52,6 +56,26 @@ def size(program: Disassembly, stack: StackBound) -> Iterator[Finding]:
             f"variables take {program.ram_bytes:,} of {RAM_BYTES:,} bytes, the deepest stack "
             f"{stack.bytes:,} ({stack.why}); {left - stack.bytes:,} bytes are left",
             "make arrays smaller or of smaller types, or calls less deep",
+        )
+
+
+def scant_memory(program: Disassembly, lines: Sequence[Line]) -> Iterator[Finding]:
+    """The array without which there would be room for a stack. `lines`: the program's own."""
+    left = RAM_BYTES - program.ram_bytes
+    largest = max(program.variables.values(), key=lambda one: one.size, default=None)
+    if largest is None or left >= SCANT_BYTES or left + largest.size < SCANT_BYTES:
+        return
+    name = largest.name.partition(".")[0]
+    declared = re.compile(rf"\b{re.escape(name)}\s*(?:\[[^\]]*\]\s*)+[=;,]")
+    place = next((line.place for line in lines if declared.search(line.text)), None)
+    if place is not None:
+        yield Finding(
+            "stack",
+            Weight.WARNS,
+            f"{name} takes {largest.size:,} of {RAM_BYTES:,} bytes of RAM, which leaves "
+            f"{max(left, 0):,} for the stack",
+            "use a smaller type, as uint8_t or a bit for each element, or fewer of them",
+            place,
         )
 
 

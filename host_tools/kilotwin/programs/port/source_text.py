@@ -24,19 +24,11 @@ _MODULO = (
 _COPY = re.compile(r"\b(\w+)\s*=\s*kilo_ticks\s*;")
 _GUARD = r"\b(?:{0})\s*[!=]=\s*\w*[a-z_]\w*|\w*[a-z_]\w*\s*[!=]=\s*\b(?:{0})\b"
 _EQUAL = re.compile(r"\bkilo_ticks\s*==\s*|==\s*kilo_ticks\b")
-# A draw of 8 bits, taken modulo a number, and as a share that is compared with another one.
-_MODULO_DRAW = re.compile(r"\brand_(?:soft|hard)\s*\(\s*\)\s*%\s*\(?\s*(\d+)")
-_SHARE_DRAW = re.compile(
-    r"\brand_(soft|hard)\s*\(\s*\)\s*\)?\s*/\s*\(?\s*(?:\(\s*(?:float|double)\s*\)\s*)?25[56](?:\.0*)?f?"
-    r"[\s)]*(?:<=?)\s*\(?\s*(\d*\.\d+(?:[eE]-?\d+)?|\d+[eE]-\d+)"
-)
-_VALUES = 256
 _SET_MOTORS = re.compile(r"\bset_motors\s*\(([^;]*)\)\s*;")
 _KICK = re.compile(
     r"\bspinup_motors\s*\(|\bset_motors\s*\([^;]*\b(255|0xFF|0xff)\b|"
     r"OCR2[AB]\s*=\s*(255|0xFF|0xff)\b"
 )
-_TWO_BYTES = "draw two bytes: (uint16_t)(rand_soft() << 8 | rand_soft())"
 _FULL_DUTY = re.compile(r"\b(\w+)\s*=\s*(?:255|0[xX][fF]{2})\b")
 _HUMMED_S = 1.0
 _NO_DUTY = re.compile(r"^\s*(?:\([\w\s]+\)\s*)?0\s*,\s*(?:\([\w\s]+\)\s*)?0\s*$")
@@ -90,30 +82,6 @@ def ticks(lines: Sequence[Line], outcome: Outcome | None = None) -> Iterator[Fin
                 "kilo_ticks may pass this value during a callback or delay(), and keeps it for a "
                 f"whole tick, in which loop() runs {passes}",
                 "compare with >=, and note that it is done",
-                line.place,
-            )
-
-
-def draws(lines: Sequence[Line]) -> Iterator[Finding]:
-    """`rand_soft() % 1000 < 5`: a draw has 8 bits, so that this comes five times in 256."""
-    for line in lines:
-        found = _MODULO_DRAW.search(line.text)
-        if found and int(found[1]) > _VALUES:
-            yield Finding(
-                "few-bits",
-                Weight.WARNS,
-                f"a draw is 0 to 255, so that modulo {found[1]} changes nothing",
-                _TWO_BYTES,
-                line.place,
-            )
-        share = _SHARE_DRAW.search(line.text)
-        if share and 0 < float(share[2]) < 1 / _VALUES:
-            yield Finding(
-                "few-bits",
-                Weight.WARNS,
-                f"a draw of rand_{share[1]}() has 256 values: a probability of {share[2]} becomes "
-                f"{1 / _VALUES:.4f}",
-                _TWO_BYTES,
                 line.place,
             )
 

@@ -25,6 +25,7 @@ from kilotwin.table.grid.in_turn import behind, in_turn, is_held, rounds, rounds
 from kilotwin.table.grid.links import Frames, Links
 from kilotwin.table.grid.poller import SILENT_AFTER, Answer, Poller, Reports
 from kilotwin.table.grid.resets import ResetVerdict, ResetWatch
+from kilotwin.table.grid.silence import SilenceWatch
 
 Wait = float | Callable[[], bool]
 Script = Generator[Wait, None, None]
@@ -95,6 +96,8 @@ class Controller:
         self._down: dict[int, str] = {}
         self._left_out: set[int] = set()
         self._resets = ResetWatch()
+        self._silence = SilenceWatch()
+        self._told_of_pauses = False
         self.configuration: dict[Module, Content] = {}
         self.running = False
 
@@ -186,6 +189,11 @@ class Controller:
         return [bus for bus, queue in enumerate(self._queues) if queue or bus in self._left_out]
 
     @property
+    def silent(self) -> list[Module]:
+        """Modules that do not answer, for longer than a program may pause."""
+        return self._silence.silent
+
+    @property
     def health(self) -> Mapping[Module, Health]:
         """The last answer of each module to a request for its health."""
         return self._health
@@ -202,7 +210,8 @@ class Controller:
         self._notice_absence(now_s)
         self._now_s = now_s
         self._take(self._links.receive(now_s))
-        for module in self.poller.step(now_s):
+        self.poller.step(now_s)
+        for module in self._silence.newly_silent(self.poller.unanswered_s(now_s)):
             self._event("module_silent", f"module {module[0]}-{module[1]} does not answer", module)
         self._do_later()
         self._go_on()
@@ -336,10 +345,12 @@ class Controller:
             self._listener.reports(reports)
         for answer in answers:
             module = answer.module
-            if answer.missed >= SILENT_AFTER:
+            if self._silence.is_back(module):
                 self._event("module_back", f"module {module[0]}-{module[1]} answers again", module)
             if self.running:
                 self._judge(answer)
+                if answer.missed >= SILENT_AFTER and self._silence.take_late(answer):
+                    self._tell_of_pause(answer)
         self._take_health(frames)
 
     def _take_health(self, frames: Frames) -> None:
@@ -371,11 +382,19 @@ class Controller:
         if verdict is ResetVerdict.RESET:
             self._configure_again(module)
         if self._resets.pausing > pausing == 0:
-            what = (
-                f"module {module[0]}-{module[1]} answers late though it was not reset: its program "
-                "pauses. A module that is reset is configured again some seconds later now"
-            )
+            self._tell_of_pause(answer)
+
+    def _tell_of_pause(self, answer: Answer) -> None:
+        """Reports the first module whose program pauses: others have the same program."""
+        module = answer.module
+        what = (
+            f"module {module[0]}-{module[1]} was not reset and answers {answer.silent_s:.1f} s "
+            "after its last answer: its program pauses in loop(). Meanwhile robots' reports wait, "
+            "and a module that is reset is configured again some seconds later"
+        )
+        if not self._told_of_pauses:
             self._event("module_pauses", what, module)
+        self._told_of_pauses = True
 
     def _configure_unless_running(self, module: Module) -> None:
         """A module that has not answered yet is judged by its answers to polls."""

@@ -43,6 +43,8 @@ class Answer:
     """Since its answer before."""
     records: int
     """How many reports it has."""
+    at_s: float = 0.0
+    """When it came."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +114,7 @@ class Poller:
         self._due: list[list[int]] = [[] for _ in self._buses]  # per bus, the next one last
         self._sweep = 0
         self._next_sweep_s = -np.inf
+        self._began_s = -np.inf
         self.on = False
         self.counts = Counts()
 
@@ -147,7 +150,7 @@ class Poller:
     def begin(self, now_s: float) -> None:
         """Polls from now on."""
         self.on = True
-        self._next_sweep_s = now_s
+        self._began_s = self._next_sweep_s = now_s
 
     def end(self) -> None:
         """Stops polling; answers under way are not waited for."""
@@ -221,6 +224,7 @@ class Poller:
                 float(late_s[index]),
                 float(incoming["at_s"][index] - self._answered_s[module]),
                 int(announced[index]),
+                float(incoming["at_s"][index]),
             )
             for module, index in zip(one[told], first[told], strict=True)
         ]
@@ -246,9 +250,17 @@ class Poller:
             data[:, 1:].copy(),
         )
 
-    def step(self, now_s: float) -> list[Module]:
-        """Polls modules that are due; returns those that have just become silent."""
-        newly = self._give_up(now_s) if self._state.any() else []
+    def unanswered_s(self, now_s: float) -> dict[Module, float]:
+        """Modules that count as silent: time since the last answer, or since polling began."""
+        return {
+            self.modules[number]: float(now_s - max(self._answered_s[number], self._began_s))
+            for number in np.flatnonzero(self._missed >= SILENT_AFTER)
+        }
+
+    def step(self, now_s: float) -> None:
+        """Polls modules that are due."""
+        if self._state.any():
+            self._give_up(now_s)
         if self.on and now_s >= self._next_sweep_s and not any(self._due):
             self.sweep(now_s)
         for bus, due in enumerate(self._due):
@@ -256,19 +268,16 @@ class Poller:
                 self._poll(bus, due, now_s)
             if self._links.trouble(bus):
                 due.clear()  # or the other buses would wait; the next sweep tries it again
-        return newly
 
-    def _give_up(self, now_s: float) -> list[Module]:
+    def _give_up(self, now_s: float) -> None:
         late = (self._state != _REST) & (now_s - self._since > self._timeout_s)
         if not late.any():
-            return []
+            return
         unanswered = late & (self._state == _POLLED)
         self.counts.missed += int(np.count_nonzero(unanswered))
         self.counts.cut += int(self._left[late & (self._state == _ANSWERING)].sum())
         self._missed[unanswered] += 1
         self._state[late] = _REST
-        newly = np.flatnonzero(unanswered & (self._missed == SILENT_AFTER))
-        return [self.modules[number] for number in newly]
 
     def _poll(self, bus: int, due: list[int], now_s: float) -> None:
         room = self._window - int(np.count_nonzero(self._state[self._of_bus[bus]]))
