@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 
 #include "avr/boards/board_stations.h"
 #include "avr/boards/chip_driver.h"
@@ -26,15 +27,18 @@ namespace {
 constexpr uint32_t POWER_UP_TICKS = 16;
 constexpr int64_t LEAD_TICKS = 64;
 
-/// The file outlives this process: the parent reads in it which robot ran last.
+/// The file outlives this process: the parent reads in it which robot ran last. It stays mapped, for
+/// the process's next simulation: one that is confined maps no file any more once programs ran.
 BlackBox *map_black_box(const std::string &path) {
+    static std::map<std::string, BlackBox *> mapped;
     if (path.empty()) return nullptr;
+    if (const auto found = mapped.find(path); found != mapped.end()) return found->second;
     int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
     if (file < 0) throw EngineError("cannot open " + path + ": " + std::strerror(errno));
     void *memory = mmap(nullptr, sizeof(BlackBox), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
     close(file);
     if (memory == MAP_FAILED) throw EngineError("cannot map " + path + ": " + std::strerror(errno));
-    return static_cast<BlackBox *>(memory);
+    return mapped[path] = static_cast<BlackBox *>(memory);
 }
 
 /// Whole world steps, however long these are.
@@ -101,9 +105,7 @@ Simulation::Simulation(const SimulationDef &def)
 
 int64_t Simulation::first_tick(const SimulationDef &def) { return -whole_steps(def.lead_ticks); }
 
-Simulation::~Simulation() {
-    if (black_box_ != nullptr) munmap(black_box_, sizeof *black_box_);
-}
+Simulation::~Simulation() = default;
 
 Simulation::Places Simulation::create_robots() {
     std::vector<Pose> given, poses;

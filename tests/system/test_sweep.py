@@ -16,6 +16,8 @@ import pyarrow.parquet as pq
 import pytest
 from tests.processes import alive, children
 
+from kilotwin.studies.sweep.parts import Parts
+
 from .conftest import KILOTWIN, ROOT, Kilotwin
 
 SWEEP = """\
@@ -74,7 +76,7 @@ def tables(folder: Path) -> dict[str, bytes]:
 
 
 def parts(folder: Path) -> int:
-    return len(list(folder.glob("parts/[!.]*.arrows")))
+    return len(Parts(folder / "parts"))
 
 
 def wait_for(condition: Callable[[], object], limit_s: float = 600) -> None:
@@ -174,10 +176,11 @@ def test_a_full_disk_and_a_damaged_part_cost_nothing_but_time(
     assert "cannot write (file too large); make room" in done.stderr
     kilotwin(*words)
     assert tables(out) == reference
-    part = next(out.glob("parts/*.arrows"))
-    part.write_bytes(part.read_bytes()[:500])
+    content = bytearray((out / "parts").read_bytes())
+    content[500] ^= 1
+    (out / "parts").write_bytes(content)
     done = kilotwin("sweep", sweep_file, "--out", out)
-    assert "damaged parts: 1" in done.stderr
+    assert "damaged at 1 place" in done.stderr
     assert f"{TRIALS} trials, {TRIALS - 1} of them there already" in done.stderr
     assert tables(out) == reference
 

@@ -25,10 +25,10 @@ from kilotwin.files.junit import Suite, write_junit
 from kilotwin.files.plain_text import plain
 from kilotwin.files.sarif import write_sarif
 from kilotwin.programs.port.trial import Trial
+from kilotwin.studies.pool.places import Processes
 from kilotwin.studies.scenario import hand_ins
 from kilotwin.studies.scenario import program_check as checks
 from kilotwin.studies.scenario.runner import find
-from kilotwin.studies.sweep.executors import Processes
 
 app = command_app()
 

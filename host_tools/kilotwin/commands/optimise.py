@@ -18,9 +18,9 @@ from kilotwin.commands.sweep import (
 )
 from kilotwin.errors import InputError
 from kilotwin.files import extras
+from kilotwin.studies.pool.places import Place, place_for
 from kilotwin.studies.search.points import Laboratory
 from kilotwin.studies.search.space import parse_axes, whole_numbers_of
-from kilotwin.studies.sweep.executors import Place, place_for
 
 app = command_app()
 

@@ -16,8 +16,8 @@ from kilotwin.commands.sweep import (
     TrialTimeout,
 )
 from kilotwin.files import extras
+from kilotwin.studies.pool.places import place_for
 from kilotwin.studies.search.space import parse_axes, whole_numbers_of
-from kilotwin.studies.sweep.executors import place_for
 
 app = command_app()
 

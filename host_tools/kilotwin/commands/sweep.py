@@ -21,10 +21,10 @@ from kilotwin.errors import InputError
 from kilotwin.files import confinement
 from kilotwin.files.plain_text import plain
 from kilotwin.programs.port.twin import chosen
-from kilotwin.studies.sweep.executors import choose_place
 from kilotwin.studies.sweep.plan import read_plan
 from kilotwin.studies.sweep.report import listing_text, summary_text
 from kilotwin.studies.sweep.runner import Sweep, default_folder
+from kilotwin.studies.sweep.slurm import choose_place
 
 app = command_app()
 

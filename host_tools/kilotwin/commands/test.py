@@ -24,10 +24,10 @@ from kilotwin.files import confinement
 from kilotwin.files.junit import write_junit
 from kilotwin.files.plain_text import plain
 from kilotwin.programs.native.sanitizer import ONE_OF_BOTH
+from kilotwin.studies.pool.places import Processes
 from kilotwin.studies.scenario import report
 from kilotwin.studies.scenario.one_run import with_seed
 from kilotwin.studies.scenario.runner import Scenario, find, prepare, run_all
-from kilotwin.studies.sweep.executors import Processes
 
 app = command_app()
 

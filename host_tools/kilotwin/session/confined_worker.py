@@ -2,6 +2,7 @@
 
 import math
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -84,13 +85,16 @@ def load_libraries(experiment: Experiment) -> None:
         pass
 
 
-def confine_trial(job: Job) -> None:
-    """Confines this process, a fork that does nothing but a trial: it may write no file.
-
-    What the kernel lacks is left out.
+def confine_trials(jobs: Sequence[Job]) -> None:
+    """Confines this process, a fork that does nothing but trials of the same programs: it may write
+    no file. What the kernel lacks is left out.
     """
+    first = jobs[0]
+    symbols = [file for file in first.symbols if file is not None]  # metrics read variables by them
     confine_process(
-        job.experiment.size, readable=map(Path, job.all_guests), writable=_black_box_of(job)
+        max(job.experiment.size for job in jobs),
+        readable=[*map(Path, first.all_guests), *symbols],
+        writable=_black_box_of(first),
     )
 
 

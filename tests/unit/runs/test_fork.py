@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from kilotwin.errors import InputError
 from kilotwin.session import fork
 from kilotwin.session.black_box import VARIABLE, BlackBox, Watch, stuck_s
+from kilotwin.session.fork import Ended
 
 AT_WORK = (7).to_bytes(4, "little") + bytes(12) + (1).to_bytes(4, "little")
 
@@ -21,43 +23,64 @@ def box(tmp_path: Path) -> BlackBox:
     return BlackBox(tmp_path / "box")
 
 
-def stay() -> bytes:
+def stay(_: fork.Say) -> None:
     signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
     while True:
         time.sleep(1000)
 
 
-def close_and_stay() -> bytes:
+def close_and_stay(say: fork.Say) -> None:
     os.closerange(3, 1000)
-    return stay()
+    stay(say)
 
 
-def test_what_the_work_returns_comes_back(box: BlackBox) -> None:
-    ended = fork.in_fork(lambda: b"x" * 1_000_000, Watch(box))
-    assert (len(ended.said), ended.signal, ended.late, ended.stuck) == (
-        1_000_000,
-        None,
-        False,
-        False,
-    )
+def ended(work: Callable[[fork.Say], None], box: BlackBox, limit_s: float | None = None) -> Ended:
+    """How a fork ends that is to say something, and does not."""
+    with fork.Fork(work) as one:
+        assert one.said(Watch(box), limit_s) is None
+        return one.end()
+
+
+def test_what_the_work_says_comes_back_one_thing_after_the_other(box: BlackBox) -> None:
+    def work(say: fork.Say) -> None:
+        for length in (1_000_000, 0, 3):
+            say(b"x" * length)
+
+    with fork.Fork(work) as one:
+        assert [len(one.said(Watch(box)) or b"") for _ in range(3)] == [1_000_000, 0, 3]
+        assert one.said(Watch(box)) is None
+        assert one.end() == Ended(b"", 0)
 
 
 def test_work_beyond_its_time_is_ended_whatever_signals_it_blocks(box: BlackBox) -> None:
-    ended = fork.in_fork(stay, Watch(box), 0.5)
-    assert (ended.late, ended.signal) == (True, signal.SIGKILL)
+    one = ended(stay, box, 0.5)
+    assert (one.late, one.signal) == (True, signal.SIGKILL)
 
 
 def test_work_that_changes_nothing_is_ended(box: BlackBox, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(VARIABLE, "1")
-    ended = fork.in_fork(stay, Watch(box))
-    assert (ended.stuck, ended.signal) == (True, signal.SIGKILL)
+    one = ended(stay, box)
+    assert (one.stuck, one.signal) == (True, signal.SIGKILL)
 
 
 def test_work_that_closes_its_pipe_and_stays_is_ended(
     box: BlackBox, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(fork, "_END_S", 0.5)
-    assert fork.in_fork(close_and_stay, Watch(box)).signal == signal.SIGKILL
+    assert ended(close_and_stay, box).signal == signal.SIGKILL
+
+
+def test_a_fork_that_is_left_while_it_works_is_ended(box: BlackBox) -> None:
+    with fork.Fork(stay) as one:
+        pass
+    assert one.end().signal == signal.SIGKILL
+
+
+def test_a_fork_that_says_more_than_any_answer_is_ended(box: BlackBox) -> None:
+    def work(say: fork.Say) -> None:
+        os.write(say._send, b"\xff" * 100)
+
+    assert len(ended(work, box).said) == 100
 
 
 def test_a_watch_wants_a_change_at_work_and_ten_times_as_seldom_between_calls(

@@ -16,11 +16,11 @@ from kilotwin.commands.terminal import SweepSilent
 from kilotwin.errors import InputError, InterruptError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.studies.compare.plain_intervals import share_interval
+from kilotwin.studies.pool.places import Processes
 from kilotwin.studies.scenario.judge import ScenarioVerdict, judge, runs_of
 from kilotwin.studies.scenario.looks import Failure, Look, once_per_cause
 from kilotwin.studies.scenario.one_run import Ran, run_once, tasks_of
 from kilotwin.studies.scenario.runner import find, prepare, run_all
-from kilotwin.studies.sweep.executors import Processes
 
 TESTING = (Path(__file__).parents[3] / "docs" / "testing.md").read_text()
 
@@ -212,7 +212,7 @@ def test_an_interrupt_ends_it_with_a_line(
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("kilotwin.studies.scenario.runner.wait", interrupted)
+    monkeypatch.setattr("kilotwin.studies.pool.pool.wait", interrupted)
     scenarios = prepare([scenario('that = "robots == 4"')], [], 60, lambda _: None)
     with pytest.raises(InterruptError, match="interrupted; scenarios without a row"):
         list(run_all(scenarios, Processes(1), SweepSilent()))

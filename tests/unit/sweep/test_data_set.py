@@ -16,11 +16,13 @@ import pytest
 from kilotwin.errors import InputError, RunError
 from kilotwin.files import resources
 from kilotwin.runs.columns import Records
-from kilotwin.studies.sweep import parts
+from kilotwin.studies.pool.places import Dask, Processes
+from kilotwin.studies.pool.series import engine_sha256
+from kilotwin.studies.pool.task import Answer, Done, Failed, Task
 from kilotwin.studies.sweep.conditions import Condition, Conditions, Ending
 from kilotwin.studies.sweep.data_set import DataSet, trial_key
-from kilotwin.studies.sweep.executors import Dask, Processes
-from kilotwin.studies.sweep.measure import Failed, Measured, Task, engine_sha256, part_of
+from kilotwin.studies.sweep.measure import part_of
+from kilotwin.studies.sweep.parts import Parts
 from kilotwin.studies.sweep.plan import Plan, read_plan
 from kilotwin.studies.sweep.report import summary_text
 from kilotwin.studies.sweep.runner import Estimate, Sweep
@@ -44,8 +46,8 @@ def plan(folder: Path) -> Plan:
     return read_plan(folder / "sweep.toml")
 
 
-def measured(plan: Plan, index: int) -> Measured:
-    """A result that depends on the trial alone."""
+def measured(plan: Plan, index: int) -> tuple[str, bytes]:
+    """The key, and a result that depends on the trial alone."""
     trial = plan.trials[index]
     schema = Records.of(trial.experiment.keys, {}).sites_schema
     rows = [[0, 305]] + [[0.0, 10.0]] + [[index, 1]] * (len(schema) - 2)
@@ -58,7 +60,7 @@ def measured(plan: Plan, index: int) -> Measured:
         "result_hash": f"{index:016x}",
         "final_hash": f"{index:016x}",
     }
-    return Measured(key(plan, index), part_of(table, result), 1.0, "e", "here")
+    return key(plan, index), part_of(table, result)
 
 
 def key(plan: Plan, index: int) -> str:
@@ -80,7 +82,7 @@ def test_the_tables_are_the_same_in_whatever_order_trials_came(plan: Plan, tmp_p
     for name, order in (("a", [0, 1, 2, 3]), ("b", [3, 1, 0, 2])):
         data = data_set(tmp_path / name, plan)
         for index in order:
-            data.add(measured(plan, index))
+            data.add(*measured(plan, index))
         assert data.assemble(plan, keys(plan)) == 4
         files = ("trials.parquet", "series.parquet")
         contents.append([(data.folder / file).read_bytes() for file in files])
@@ -95,7 +97,7 @@ def test_a_series_written_in_several_groups_has_each_row_once(
         monkeypatch.setattr("kilotwin.studies.sweep.data_set._ROW_GROUP", row_group)
         data = data_set(tmp_path / name, plan)
         for index in range(4):
-            data.add(measured(plan, index))
+            data.add(*measured(plan, index))
         data.assemble(plan, keys(plan))
         file = pq.ParquetFile(data.folder / "series.parquet")
         assert file.num_row_groups == (1 if row_group == 1000 else 2)
@@ -106,7 +108,7 @@ def test_a_series_written_in_several_groups_has_each_row_once(
 
 def test_a_row_says_what_varied_and_how_it_ended(plan: Plan, tmp_path: Path) -> None:
     data = data_set(tmp_path / "out", plan)
-    data.add(measured(plan, 2))
+    data.add(*measured(plan, 2))
     assert data.assemble(plan, keys(plan)) == 1
     (row,) = pq.read_table(data.folder / "trials.parquet").to_pylist()
     assert row == {
@@ -139,7 +141,7 @@ def test_lists_and_tables_are_text_as_it_is_written(folder: Path, tmp_path: Path
     )
     plan = read_plan(folder / "sweep.toml")
     data = data_set(tmp_path / "out", plan)
-    data.add(measured(plan, 0))
+    data.add(*measured(plan, 0))
     data.assemble(plan, keys(plan))
     (row,) = pq.read_table(data.folder / "trials.parquet").to_pylist()
     assert row["states"] == '{"mü": "red"}'
@@ -162,7 +164,7 @@ def test_a_folder_goes_on_only_with_the_engine_that_made_it(plan: Plan, tmp_path
 
 def test_looking_at_a_folder_writes_nothing(plan: Plan, tmp_path: Path) -> None:
     before = sorted(tmp_path.rglob("*"))
-    assert not DataSet.at(tmp_path / "out", "engine").has(key(plan, 0))
+    assert not len(DataSet.at(tmp_path / "out", "engine").parts)
     assert sorted(tmp_path.rglob("*")) == before
 
 
@@ -180,7 +182,7 @@ def test_a_file_is_no_folder(plan: Plan, tmp_path: Path) -> None:
 def test_a_damaged_sweep_json_is_named(plan: Plan, tmp_path: Path, content: str) -> None:
     data = data_set(tmp_path / "out", plan)
     (data.folder / "sweep.json").write_text(content)
-    data.add(measured(plan, 0))
+    data.add(*measured(plan, 0))
     data.assemble(plan, keys(plan))
     with pytest.raises(InputError, match=r"sweep\.json: damaged; put back a copy"):
         DataSet.at(data.folder, "engine")
@@ -199,7 +201,7 @@ def test_tables_of_another_plan_are_made_anew_before_a_trial_runs(
 ) -> None:
     data = data_set(tmp_path / "out", plan)
     for index in range(4):
-        data.add(measured(plan, index))
+        data.add(*measured(plan, index))
     data.assemble(plan, keys(plan))
     (folder / "sweep.toml").write_text(SWEEP.replace('"sizes"', '"large"').replace("3, 5", "5, 7"))
     other = read_plan(folder / "sweep.toml")
@@ -215,37 +217,69 @@ def test_tables_of_another_plan_are_made_anew_before_a_trial_runs(
     assert pq.read_table(data.folder / "trials.parquet").num_rows == 4
 
 
-@pytest.mark.parametrize("length", [0, 1, 31, 32, 33, 1000, -9, -1])
-def test_a_part_that_is_cut_is_missing(plan: Plan, tmp_path: Path, length: int) -> None:
-    data = data_set(tmp_path / "out", plan)
-    data.add(measured(plan, 0))
-    data.add(measured(plan, 1))
-    assert data.has(key(plan, 1))
-    content = data.part(key(plan, 1)).read_bytes()
-    data.part(key(plan, 1)).write_bytes(content[:length])
-    assert not data.has(key(plan, 1))
-    assert data.assemble(plan, keys(plan)) == 1
+KEYS = [f"{number:032x}" for number in range(4)]
+STREAMS = {key: bytes([65 + number]) * (number * 100) for number, key in enumerate(KEYS)}
 
 
-def test_a_flipped_bit_anywhere_in_a_part_is_found(plan: Plan, tmp_path: Path) -> None:
-    data = data_set(tmp_path / "out", plan)
-    data.add(measured(plan, 0))
-    content = data.part(key(plan, 0)).read_bytes()
-    for place in range(len(content)):
+def parts_in(file: Path) -> Parts:
+    """All of STREAMS, one after the other."""
+    parts = Parts(file)
+    for key, stream in STREAMS.items():
+        parts.add(key, stream)
+    return parts
+
+
+def test_parts_are_read_as_they_were_added_by_who_added_them_and_by_others(tmp_path: Path) -> None:
+    for parts in (parts_in(tmp_path / "parts"), Parts(tmp_path / "parts")):
+        assert {key: parts.read(key) for key in KEYS} == STREAMS
+        assert (parts.read("f" * 32), "f" * 32 in parts, len(parts)) == (None, False, 4)
+        assert parts.damaged == []
+
+
+def test_a_part_that_a_kill_has_cut_is_missing_and_the_next_takes_its_place(tmp_path: Path) -> None:
+    file = tmp_path / "parts"
+    parts_in(file)
+    content = file.read_bytes()
+    last = len(Parts(file).read(KEYS[3]) or b"")
+    for length in range(1, last + 80, 7):
+        file.write_bytes(content[:-length])
+        parts = Parts(file)
+        assert ([key in parts for key in KEYS], parts.damaged) == ([True] * 3 + [False], [])
+        parts.mend()
+        parts.add(KEYS[3], STREAMS[KEYS[3]])
+        assert file.read_bytes() == content
+
+
+def test_a_flipped_bit_anywhere_costs_the_part_that_it_is_in(tmp_path: Path) -> None:
+    file = tmp_path / "parts"
+    parts_in(file)
+    content = file.read_bytes()
+    second = content.index(b"B" * 100)
+    for place in range(second - 88, second + 100):
         flipped = bytearray(content)
         flipped[place] ^= 16
-        data.part(key(plan, 0)).write_bytes(flipped)
-        assert not data.has(key(plan, 0)), place
+        file.write_bytes(flipped)
+        parts = Parts(file)
+        assert [key in parts for key in KEYS] == [True, False, True, True], place
+        assert len(parts.damaged) == 1
+        parts.mend()
+        assert [key in Parts(file) for key in KEYS] == [True, False, True, True], place
+        assert Parts(file).damaged == []
 
 
-def test_parts_that_were_not_sealed_yet_still_count_if_they_are_whole(
-    plan: Plan, tmp_path: Path
-) -> None:
-    data = data_set(tmp_path / "out", plan)
-    stream = measured(plan, 0).part
-    for content, whole in ((stream, True), (stream[:-8], False), (stream[-8:], False)):
-        data.part(key(plan, 0)).write_bytes(content)
-        assert data.has(key(plan, 0)) is whole
+def test_a_file_of_something_else_has_no_parts(tmp_path: Path) -> None:
+    file = tmp_path / "parts"
+    for content in (b"", b"something else", b"\0" * 1000):
+        file.write_bytes(content)
+        assert len(Parts(file)) == 0
+
+
+def damage(data: DataSet, place: int) -> None:
+    """Flips a bit of a data set's parts."""
+    file = data.folder / "parts"
+    content = bytearray(file.read_bytes())
+    content[place] ^= 1
+    file.write_bytes(content)
 
 
 def test_a_sweep_runs_damaged_trials_again_and_says_so(plan: Plan, tmp_path: Path) -> None:
@@ -254,21 +288,21 @@ def test_a_sweep_runs_damaged_trials_again_and_says_so(plan: Plan, tmp_path: Pat
     assert (len(sweep.missing()), sweep.there) == (4, set())
     sweep.data.begin(plan, sweep.keys)
     for index, own in enumerate(sweep.keys):
-        sweep.data.part(own).write_bytes(parts.sealed(measured(plan, index).part))
-    sweep.data.part(sweep.keys[1]).write_bytes(b"")
+        sweep.data.add(own, measured(plan, index)[1])
+    damage(sweep.data, 200)
     again = Sweep.prepare(plan, tmp_path / "out", notes.append)
-    assert "damaged parts: 1, the first" in notes[-1]
-    assert [own for _, own in again.missing()] == [sweep.keys[1]]
+    assert "damaged at 1 place, the first at byte 0; trials that stood there" in notes[-1]
+    assert [own for _, own in again.missing()] == [sweep.keys[0]]
     assert again.estimate().done == 3
 
 
 def test_a_part_damaged_while_the_sweep_ran_is_told(plan: Plan, tmp_path: Path) -> None:
     data = data_set(tmp_path / "out", plan)
     for index in range(4):
-        data.add(measured(plan, index))
+        data.add(*measured(plan, index))
     sweep = Sweep(plan, data, keys(plan), set(keys(plan)))
     assert (sweep.finish(), sweep.exit_code) == (4, 0)
-    data.part(key(plan, 3)).write_bytes(b"")
+    damage(data, -1)
     assert (sweep.finish(), sweep.exit_code) == (3, 1)
     assert "damaged on the disk since: 1 of the trials" in summary_text(sweep.summary(3))
 
@@ -277,16 +311,17 @@ def test_a_full_disk_is_an_error_and_leaves_all_as_it_was(
     plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     data = data_set(tmp_path / "out", plan)
-    data.add(measured(plan, 0))
+    data.add(*measured(plan, 0))
     data.assemble(plan, keys(plan))
     before = {file: file.read_bytes() for file in data.folder.rglob("*") if file.is_file()}
 
     def full(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
+    monkeypatch.setattr("kilotwin.studies.sweep.parts._SYNC_S", 0.0)
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(RunError, match=r"cannot write \(no space left on device\); make room"):
-        data.add(measured(plan, 1))
+        data.add(*measured(plan, 1))
     with pytest.raises(RunError, match="then give the same command again"):
         data.assemble(plan, keys(plan))
     assert before == {f: f.read_bytes() for f in data.folder.rglob("*") if f.is_file()}
@@ -313,7 +348,7 @@ def test_run_folders_of_failed_trials_go_once_the_trials_succeed(
         (data.failed_folder(name) / "experiment.toml").write_text(trial.experiment.to_toml())
         manifest = {"experiment_sha256": trial.experiment.identity()}
         (data.failed_folder(name) / "manifest.json").write_text(json.dumps(manifest))
-    data.add(measured(plan, 0))
+    data.add(*measured(plan, 0))
     Sweep(plan, data, keys(plan), {key(plan, 0)}).finish()
     assert {folder.name for folder in data.failed_folder("*").parent.iterdir()} == {
         key(plan, 1),
@@ -407,8 +442,10 @@ class Answers(Executor):
     name = "a test"
 
     def __init__(self, plan: Plan, sweep: Sweep) -> None:
-        self._answers = {own: measured(plan, index) for index, own in enumerate(sweep.keys)}
-        self._late = sweep.keys[1]
+        self._late = plan.trials[1].experiment.identity()
+        self._parts = {
+            trial.experiment.identity(): measured(plan, trial.index)[1] for trial in plan.trials
+        }
 
     @contextlib.contextmanager
     def open(self) -> Iterator[Executor]:
@@ -417,13 +454,15 @@ class Answers(Executor):
     def workers(self) -> int:
         return 1
 
-    def submit(self, _how: Callable[..., object], task: Task) -> Future[object]:  # type: ignore[override]
+    def submit(self, _how: Callable[..., object], tasks: list[Task[bytes]]) -> Future[object]:  # type: ignore[override]
         future: Future[object] = Future()
-        part = self._answers[task.key].part
-        late = Failed(task.key, "it took too long", None, timed_out=True)
-        there = Measured(task.key, part, 1.0, engine_sha256(), "here")
-        future.set_result(late if task.key == self._late else there)
+        future.set_result([self._answer(task.experiment.identity()) for task in tasks])
         return future
+
+    def _answer(self, trial: str) -> Answer[bytes]:
+        if trial == self._late:
+            return Failed("it took too long", timed_out=True)
+        return Done(self._parts[trial], 1.0, engine_sha256(), "here")
 
 
 class Shown:
@@ -449,7 +488,7 @@ def test_a_sweep_shows_how_many_trials_are_done_and_failed_and_how_long_the_othe
 ) -> None:
     sweep = Sweep.prepare(plan, tmp_path / "out", lambda _: None)
     sweep.data.begin(plan, sweep.keys)
-    sweep.data.part(sweep.keys[0]).write_bytes(parts.sealed(measured(plan, 0).part))
+    sweep.data.add(sweep.keys[0], measured(plan, 0)[1])
     sweep = Sweep.prepare(plan, tmp_path / "out", lambda _: None)
     shown = Shown()
     sweep.run(Answers(plan, sweep), shown)
@@ -466,7 +505,7 @@ def test_a_sweep_shows_how_many_trials_are_done_and_failed_and_how_long_the_othe
 def test_trials_are_sorted_into_conditions(plan: Plan, tmp_path: Path) -> None:
     data = data_set(tmp_path / "out", plan)
     for index in range(4):
-        data.add(measured(plan, index))
+        data.add(*measured(plan, index))
     data.assemble(plan, keys(plan))
     trials = Conditions.open(data.folder)
     assert trials.progress == ""
@@ -485,7 +524,7 @@ def test_trials_of_several_readings_are_kept_apart(folder: Path, tmp_path: Path)
     plan = read_plan(folder / "sweep.toml")
     data = data_set(tmp_path / "out", plan)
     for index in range(4):
-        data.add(measured(plan, index))
+        data.add(*measured(plan, index))
     data.assemble(plan, keys(plan))
     assert list(Conditions.by_reading(data.folder)) == [
         "obstacle_m 0.02",

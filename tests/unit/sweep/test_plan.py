@@ -7,7 +7,7 @@ import pytest
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import parse_setting
-from kilotwin.studies.sweep.executors import Dask
+from kilotwin.studies.pool.places import Dask
 from kilotwin.studies.sweep.plan import Plan, read_plan, shown
 
 

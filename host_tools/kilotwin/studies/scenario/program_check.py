@@ -21,9 +21,9 @@ from kilotwin.programs.port.check import Report
 from kilotwin.programs.port.check import check as port
 from kilotwin.programs.port.findings import Finding, Weight
 from kilotwin.programs.port.trial import Trial
+from kilotwin.studies.pool.places import Processes
 from kilotwin.studies.scenario.judge import ScenarioVerdict
 from kilotwin.studies.scenario.runner import Scenario, is_scenario, prepare, run_all
-from kilotwin.studies.sweep.executors import Processes
 from kilotwin.studies.sweep.runner import Display
 
 # As gcc, clang and avr-gcc write them.

@@ -4,11 +4,10 @@ import signal
 import time
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from kilotwin.errors import InputError, InterruptError, RunError
+from kilotwin.errors import InputError, InterruptError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
 from kilotwin.files.interrupts import heeding_interrupts
@@ -16,9 +15,11 @@ from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.checks import COVERED, check_covered
 from kilotwin.programs.native.sanitizer import SANITIZED, check_sanitized
 from kilotwin.runs.folder import EXPERIMENT, MANIFEST
+from kilotwin.studies.pool.places import Processes
+from kilotwin.studies.pool.pool import Pool
+from kilotwin.studies.pool.task import Task
 from kilotwin.studies.scenario.judge import ScenarioVerdict, judge, runs_of
-from kilotwin.studies.scenario.one_run import Ran, Task, run_once, tasks_of
-from kilotwin.studies.sweep.executors import Processes
+from kilotwin.studies.scenario.one_run import Ran, ran_of, tasks_of
 from kilotwin.studies.sweep.runner import Display
 
 _SKIPPED = {"runs", "build", "node_modules"}
@@ -29,7 +30,7 @@ class Scenario:
     """An experiment with [[expect]], and what came of it."""
 
     experiment: Experiment
-    tasks: list[Task]
+    tasks: list[Task[Ran]]
     ran: dict[int, Ran] = field(default_factory=dict)
     verdicts: list[ScenarioVerdict] = field(default_factory=list)
     took_s: float = 0.0
@@ -131,41 +132,28 @@ def run_all(
     left = sum(_size(task) for scenario in scenarios for task in scenario.tasks)
     all_of_it, done, failed = left, 0, 0
     try:
-        with heeding_interrupts(signal.default_int_handler), place.open() as executor:
-            running: dict[Future[Ran], tuple[Scenario, Task]] = {
-                executor.submit(run_once, task): (scenario, task)
-                for scenario in scenarios
-                for task in scenario.tasks
-            }
-            while running:
-                finished, _ = wait(running, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    scenario, task = running.pop(future)
-                    scenario.ran[task.seed] = _ran(future)
-                    done, left = done + 1, left - _size(task)
-                    scenario.took_s = time.monotonic() - began
-                    if scenario.done:
-                        runs = [scenario.ran[task.seed] for task in scenario.tasks]
-                        scenario.verdicts = judge(scenario.experiment, runs)
-                        failed += bool(scenario.failures)
-                    took_s = time.monotonic() - began
-                    left_s = took_s * left / max(all_of_it - left, 1e-9)
-                    display.progress(done, failed, left_s, scenario.name)
-                    if scenario.done:
-                        yield scenario
+        runs = [(scenario, task) for scenario in scenarios for task in scenario.tasks]
+        with heeding_interrupts(signal.default_int_handler), Pool(place) as pool:
+            for index, answer in pool.answers([task for _, task in runs]):
+                scenario, task = runs[index]
+                scenario.ran[task.seed] = ran_of(task, answer)
+                done, left = done + 1, left - _size(task)
+                scenario.took_s = time.monotonic() - began
+                if scenario.done:
+                    of_all = [scenario.ran[one.seed] for one in scenario.tasks]
+                    scenario.verdicts = judge(scenario.experiment, of_all)
+                    failed += bool(scenario.failures)
+                took_s = time.monotonic() - began
+                left_s = took_s * left / max(all_of_it - left, 1e-9)
+                display.progress(done, failed, left_s, scenario.name)
+                if scenario.done:
+                    yield scenario
     except KeyboardInterrupt:
         raise InterruptError("interrupted; scenarios without a row have no verdict") from None
     finally:
         display.stop()
 
 
-def _size(task: Task) -> float:
+def _size(task: Task[Ran]) -> float:
     """So much work is it, more or less."""
     return task.experiment.size * task.experiment.keys.duration_s
-
-
-def _ran(future: "Future[Ran]") -> Ran:
-    try:
-        return future.result()
-    except BrokenExecutor:
-        raise RunError("a process died; see to the memory, then type it again") from None

@@ -14,9 +14,8 @@ from kilotwin.errors import InputError, InterruptError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.runs.folder import slug
+from kilotwin.studies.pool.places import Place
 from kilotwin.studies.search.space import Point, settings_of
-from kilotwin.studies.sweep import parts
-from kilotwin.studies.sweep.executors import Place
 from kilotwin.studies.sweep.measure import RESULT
 from kilotwin.studies.sweep.plan import Plan, SweepSchema, Trial
 from kilotwin.studies.sweep.runner import Display, Sweep
@@ -108,7 +107,7 @@ class Laboratory:
             self._found[key] = self._values(sweep, part)
 
     def _values(self, sweep: Sweep, key: str) -> Values | None:
-        stream = parts.read(sweep.data.part(key)) if key in sweep.there else None
+        stream = sweep.data.parts.read(key) if key in sweep.there else None
         if stream is None:
             return None
         table = pa.ipc.open_stream(stream).read_all()

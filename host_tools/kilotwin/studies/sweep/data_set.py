@@ -2,14 +2,14 @@
 
 sweep.json         name, versions; which engine made it, and how many and which trials it is to have
 sweep.toml         the sweep's file
-parts/KEY.arrows   one finished trial: its table `sites`, its result in the schema's metadata; a
-                   checksum at the end, so that a damaged one is found and run again
+parts              the finished trials, as they came (parts.py): of each its table `sites` as an
+                   Arrow stream, with its result in the schema's metadata
 failed/KEY/        the run folder of a trial that failed twice, until it succeeds
 log.jsonl          a line per trial: when, where, how long; and why not
 trials.parquet     a row per trial, in the order of the sweep's file
 series.parquet     the tables `sites` of all trials, one after the other
 
-A part appears whole or not at all, and the two tables are made from the parts alone: however often
+The two tables are made from the parts alone: however often
 a sweep was stopped and whoever ran its trials, they are the same, bit for bit.
 """
 
@@ -21,6 +21,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +33,9 @@ from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.schema.controller import reading_name
 from kilotwin.files.drafts import draft_name, draft_of
 from kilotwin.runs.columns import METRIC
-from kilotwin.studies.sweep import parts
-from kilotwin.studies.sweep.measure import RESULT, Failed, Measured
+from kilotwin.studies.pool.task import Failed
+from kilotwin.studies.sweep.measure import RESULT
+from kilotwin.studies.sweep.parts import Parts
 from kilotwin.studies.sweep.plan import Plan, Trial
 
 ABOUT = "sweep.json"
@@ -132,9 +134,7 @@ class DataSet:
                 self._remove_tables()
                 _replace(file, json.dumps(about, indent=2))
             _replace(self.folder / "sweep.toml", plan.text)
-            (self.folder / "parts").mkdir(exist_ok=True)
-            for draft in self.folder.glob(f"parts/{draft_name(Path('*')).name}"):
-                draft.unlink()
+            self.parts.mend()
         except OSError as error:
             raise self._unusable(error) from None
         if is_new:
@@ -145,22 +145,19 @@ class DataSet:
             f"--out {self.folder}: {cause_of(error)}; see to the disk, or name another folder"
         )
 
-    def part(self, key: str) -> Path:
-        """Where a trial's result is, or will be."""
-        return self.folder / "parts" / f"{key}.arrows"
-
-    def has(self, key: str) -> bool:
-        """Whether a trial's result is there, undamaged."""
-        return parts.read(self.part(key)) is not None
+    @cached_property
+    def parts(self) -> Parts:
+        """The finished trials, by their keys."""
+        return Parts(self.folder / "parts")
 
     def failed_folder(self, key: str) -> Path:
         """Where the run folder of a failed trial goes."""
         return self.folder / "failed" / key
 
-    def add(self, measured: Measured) -> None:
+    def add(self, key: str, part: bytes) -> None:
         """Keeps a trial's result."""
         with self._writing():
-            _replace(self.part(measured.key), parts.sealed(measured.part))
+            self.parts.add(key, part)
 
     def log(self, **line: Any) -> None:
         """Adds a line to the log; one that was cut before it stays a line of its own."""
@@ -185,7 +182,7 @@ class DataSet:
         """Writes the two tables from the finished ones of these trials; returns how many."""
         schemas: dict[str, pa.Schema] = {}
         for key in keys:
-            stream = parts.read(self.part(key))
+            stream = self.parts.read(key)
             if stream is not None:
                 schemas[key] = pa.ipc.open_stream(stream).schema
         finished = [pair for pair in zip(plan.trials, keys, strict=True) if pair[1] in schemas]
@@ -221,7 +218,7 @@ class DataSet:
         with pq.ParquetWriter(draft, whole, compression="zstd") as writer:
             waiting: list[pa.Table] = []
             for index, key in indexed:
-                waiting.append(_part_rows(index, self.part(key), whole))
+                waiting.append(_part_rows(index, self.parts.read(key), whole))
                 if sum(table.num_rows for table in waiting) >= _ROW_GROUP:
                     writer.write_table(pa.concat_tables(waiting))
                     waiting = []
@@ -240,11 +237,9 @@ class DataSet:
             ) from None
 
 
-def _part_rows(index: int, part: Path, whole: pa.Schema) -> pa.Table:
+def _part_rows(index: int, stream: bytes | None, whole: pa.Schema) -> pa.Table:
     """A part's rows with the trial's index and all columns of the data set; null if not its own."""
-    stream = parts.read(part)
-    if stream is None:
-        raise OSError(f"{part} was whole a moment ago")
+    assert stream is not None
     table = pa.ipc.open_stream(stream).read_all()
     rows = table.num_rows
     columns = [pa.array([index] * rows, pa.uint32())]
@@ -305,11 +300,11 @@ def _replace(target: Path, content: str | bytes) -> None:
         draft.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
-def failure_line(failed: Failed) -> dict[str, Any]:
+def failure_line(key: str, failed: Failed) -> dict[str, Any]:
     """How a failure stands in the log and in --json."""
     folder = None if failed.folder is None else str(failed.folder)
     return {
-        "key": failed.key,
+        "key": key,
         "failed": failed.reason,
         "timed_out": failed.timed_out,
         "run_folder": folder,

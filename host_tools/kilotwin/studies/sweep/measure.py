@@ -1,37 +1,30 @@
-"""One trial, run where an executor puts it: in this process, without a run folder.
+"""The part of a sweep's data set that comes of one trial, and its second try.
 
 A trial that fails is run once more as `kilotwin run` would, in a process of its own and into a run
-folder: so it can bring down nothing else, and leaves something to look at.
+folder, so that it leaves something to look at. So does each trial where confinement is required,
+which is then held to it by the run's worker.
 """
 
-import contextlib
-import functools
-import hashlib
 import json
-import math
 import platform
-import signal
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
-from kilotwin import _emulator
-from kilotwin.errors import KilotwinError, TimeoutRunError
+from kilotwin.errors import KilotwinError, RunError, TimeoutRunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.metrics.values import NO_METRICS, MetricValues
-from kilotwin.programs.group import build_all, symbols_of
 from kilotwin.runs.causes import causes
 from kilotwin.runs.columns import Records
 from kilotwin.runs.reader import Run
 from kilotwin.session import run
 from kilotwin.session.display import NoDisplay
-from kilotwin.session.job import Job
-from kilotwin.session.trial import Trial
+from kilotwin.studies.pool.series import engine_sha256
+from kilotwin.studies.pool.task import Answer, Done, Failed, Outcome, Ran, Task
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Event, Samples
@@ -39,138 +32,75 @@ if TYPE_CHECKING:
 RESULT = b"result"
 """Under which the metadata of a part's schema has the trial's result."""
 
-# After its time a trial ends within a second, unless the engine hangs.
-GRACE_S = 10.0
+TIMEOUT = "trial_timeout_s"
 
 # Keys of a run's summary that are the trial's result: the same on every machine.
 RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash", "final_hash")
 _METRIC_KEYS = ("metrics", "metrics_failed")  # of trials that have any
+_STREAM_END = b"\xff\xff\xff\xff\0\0\0\0"
+
+
+class Rows(Outcome["SeriesWriter", bytes]):
+    """A trial's part: its table `sites` as an Arrow stream, its result as JSON in the schema's
+    metadata. A trial in which a robot's program failed has none."""
+
+    def writer(self, experiment: Experiment) -> "SeriesWriter":
+        """Keeps the table."""
+        return SeriesWriter(experiment)
+
+    def answer(self, ran: "Ran[SeriesWriter]") -> bytes:
+        """The part; RunError of a program that failed."""
+        if ran.summary["robots_failed"]:
+            raise RunError(robots_failed(ran.summary))
+        return _part(ran.job.experiment, ran.summary, ran.trial.writer.batches)
+
+    def understood(self, task: Task[bytes], said: bytes) -> bytes:
+        """The same bytes; ValueError if they are no whole part of this experiment."""
+        wanted = Records.of(task.experiment.keys, {}).sites_schema
+        if not is_whole(said) or not pa.ipc.open_stream(said).schema.equals(wanted):
+            raise ValueError
+        return said
 
 
 @dataclass(frozen=True)
-class Task:
-    """One trial for a worker of an executor. `folder`: where a failed one is kept."""
+class Apart:
+    """Runs the trial in a process of its own, into `folder`, which is not there yet."""
 
-    key: str
-    experiment: Experiment
+    task: Task[bytes]
     folder: Path
-    timeout_s: float | None = None
-    """Wall time that it may take."""
-    trusted: bool = False
-    """Whether its programs are (--trust), wherever it runs."""
 
-
-@dataclass(frozen=True)
-class Measured:
-    """A trial's part of the data set, and how it was made.
-
-    `part`: its table `sites` as an Arrow stream, its result as JSON in the schema's metadata.
-    """
-
-    key: str
-    part: bytes
-    cpu_s: float
-    engine_sha256: str
-    host: str
-
-
-@dataclass(frozen=True)
-class Failed:
-    """A trial that failed: why, and the run folder it left, if any.
-
-    `timed_out`: it took too long, and would again.
-    """
-
-    key: str
-    reason: str
-    folder: Path | None
-    timed_out: bool = False
-
-
-@functools.cache
-def engine_sha256() -> str:
-    """Which engine this is: results of different ones do not belong into one data set."""
-    assert _emulator.__file__ is not None
-    return hashlib.sha256(Path(_emulator.__file__).read_bytes()).hexdigest()
-
-
-def measure(task: Task) -> Measured | Failed:
-    """Runs the trial here. What its programs or the engine refuse comes back as Failed.
-
-    A trial that cannot be stopped in time, since the engine hangs, ends this process.
-    """
-    with deadline(task.timeout_s) as is_over:
+    def __call__(self) -> Answer[bytes]:
+        """Its part, or why it failed, with the run folder."""
+        task, folder = self.task, self.folder
         try:
-            job = job_of(task)
+            outcome = run.run(
+                task.experiment,
+                folder,
+                ["kilotwin", "sweep"],
+                NoDisplay(),
+                timeout_s=task.timeout_s,
+            )
         except KilotwinError as error:
-            return Failed(task.key, str(error), None)
-        return measure_job(task, job, is_over, lambda: None)
+            timed_out = isinstance(error, TimeoutRunError)
+            return Failed(str(error), timed_out, folder if folder.exists() else None)
+        if outcome.timed_out:
+            return Failed(task.stopped_when(outcome.summary), True, folder)
+        if outcome.exit_code != 0:
+            return Failed(robots_failed(outcome.summary), folder=folder)
+        sites = Run.open(folder).sites().to_batches()
+        part = _part(task.experiment, outcome.summary, sites)
+        return Done(part, outcome.summary["cpu_s"], engine_sha256(), platform.node())
 
 
-def job_of(task: Task) -> Job:
-    """The job of a trial, with its programs built; KilotwinError if that cannot be."""
-    guests, modules = build_all(task.experiment)
-    return Job(
-        task.experiment,
-        [str(guest.file) for guest in guests],
-        task.folder,
-        {},
-        None,
-        "" if modules is None else str(modules.file),
-        symbols=symbols_of(guests, modules),
-    )
-
-
-def measure_job(
-    task: Task, job: Job, is_over: Callable[[], bool], confine: Callable[[], None]
-) -> Measured | Failed:
-    """Runs the trial in this process. `confine` is called before a program is loaded."""
-    try:
-        trial = Trial(job, lambda _: None, lambda: _SeriesWriter(task.experiment), confine)
-        in_time = trial.run(is_over)
-    except KilotwinError as error:
-        return Failed(task.key, str(error), None)
-    summary = trial.summary(interrupted=not in_time)
-    trial.close()
-    if not in_time:
-        return Failed(task.key, _too_long(task, summary), None, timed_out=True)
-    if summary["robots_failed"]:
-        return Failed(task.key, _robots_failed(summary), None)
-    return _measured(task, summary, trial.writer.batches)
-
-
-def measure_apart(task: Task) -> Measured | Failed:
-    """Runs the trial in a process of its own, into `task.folder`."""
-    try:
-        outcome = run.run(
-            task.experiment,
-            task.folder,
-            ["kilotwin", "sweep"],
-            NoDisplay(),
-            timeout_s=task.timeout_s,
-        )
-    except KilotwinError as error:
-        timed_out = isinstance(error, TimeoutRunError)
-        folder = task.folder if task.folder.exists() else None
-        return Failed(task.key, str(error), folder, timed_out)
-    if outcome.timed_out:
-        reason = _too_long(task, outcome.summary)
-        return Failed(task.key, reason, task.folder, timed_out=True)
-    if outcome.exit_code != 0:
-        return Failed(task.key, _robots_failed(outcome.summary), task.folder)
-    return _measured(task, outcome.summary, Run.open(task.folder).sites().to_batches())
-
-
-def _measured(task: Task, summary: dict[str, Any], sites: list[pa.RecordBatch]) -> Measured:
-    schema = Records.of(task.experiment.keys, {}).sites_schema
-    part = part_of(
+def _part(experiment: Experiment, summary: dict[str, Any], sites: list[pa.RecordBatch]) -> bytes:
+    schema = Records.of(experiment.keys, {}).sites_schema
+    return part_of(
         pa.Table.from_batches(sites, schema).combine_chunks(),
         {
             **{key: summary[key] for key in RESULT_KEYS},
             **{key: summary[key] for key in _METRIC_KEYS if summary[key]},
         },
     )
-    return Measured(task.key, part, summary["cpu_s"], engine_sha256(), platform.node())
 
 
 def part_of(sites: pa.Table, result: dict[str, Any]) -> bytes:
@@ -183,37 +113,26 @@ def part_of(sites: pa.Table, result: dict[str, Any]) -> bytes:
     return bytes(sink.getvalue())
 
 
-def clock_of(timeout_s: float | None) -> Callable[[], bool]:
-    """Whether the time that begins now is over, as a function."""
-    end = math.inf if timeout_s is None else time.monotonic() + timeout_s
-    return lambda: time.monotonic() >= end
-
-
-@contextlib.contextmanager
-def deadline(timeout_s: float | None) -> Iterator[Callable[[], bool]]:
-    """The same; some seconds later SIGALRM ends this process."""
-    if timeout_s is not None:
-        signal.setitimer(signal.ITIMER_REAL, timeout_s + GRACE_S)
+def is_whole(content: bytes) -> bool:
+    """Whether it is a whole stream with a result."""
+    if not content.endswith(_STREAM_END):
+        return False
     try:
-        yield clock_of(timeout_s)
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
+        table = pa.ipc.open_stream(content).read_all()
+        table.validate(full=True)
+        return set(json.loads(table.schema.metadata[RESULT])) >= set(RESULT_KEYS)
+    except (pa.ArrowException, OSError, TypeError, KeyError, ValueError):
+        return False
 
 
-def _too_long(task: Task, summary: dict[str, Any]) -> str:
-    return (
-        f"stopped after trial_timeout_s = {task.timeout_s:g}, when {summary['simulated_s']:,.1f} "
-        f"of {summary['duration_s']:,g} s were simulated"
-    )
-
-
-def _robots_failed(summary: dict[str, Any]) -> str:
+def robots_failed(summary: dict[str, Any]) -> str:
+    """The first cause of robots' failures, and how many more there are."""
     found = causes(summary["robots_failed"])
     more = f"; and {len(found) - 1} other causes" if len(found) > 1 else ""
     return found[0].text("robot") + more
 
 
-class _SeriesWriter:
+class SeriesWriter:
     """Keeps the table `sites` in memory, in place of the writer of a run folder."""
 
     def __init__(self, experiment: Experiment) -> None:
@@ -223,6 +142,7 @@ class _SeriesWriter:
         self.batches: list[pa.RecordBatch] = []
 
     def add(self, samples: "Samples", measured: MetricValues = NO_METRICS) -> Counts | None:
+        """Takes samples of the engine."""
         if not len(samples["tick"]):
             return None
         counts = self.count(samples)
@@ -230,6 +150,7 @@ class _SeriesWriter:
         return counts
 
     def count(self, samples: "Samples") -> Counts:
+        """How many robots do what, in each of the samples."""
         sites = len(self._experiment.keys.site)
         return count(self._states, samples["led"], samples["site"], sites)
 

@@ -3,9 +3,10 @@
 import json
 from typing import Any
 
-from kilotwin.studies.sweep.executors import Place, Slurm
+from kilotwin.studies.pool.places import Place
 from kilotwin.studies.sweep.plan import shown
 from kilotwin.studies.sweep.runner import Sweep
+from kilotwin.studies.sweep.slurm import Slurm
 
 
 def listing_text(sweep: Sweep, place: Place, as_json: bool) -> str:

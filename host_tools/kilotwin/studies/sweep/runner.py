@@ -1,33 +1,29 @@
 """Runs what of a plan is not there yet, and keeps what comes back."""
 
-import contextlib
 import math
 import shutil
 import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
 from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError, RunError
-from kilotwin.experiment.experiment import Tier
-from kilotwin.experiment.programs import Program
-from kilotwin.files import confinement
-from kilotwin.files.build_id import Target
 from kilotwin.files.interrupts import heeding_interrupts
 from kilotwin.programs.cache import Notify
-from kilotwin.programs.group import build_group, settled
-from kilotwin.programs.native.guest import Guest
+from kilotwin.programs.group import settled
 from kilotwin.programs.port.twin import Mode, Native, Twins, native_kilobots
 from kilotwin.runs.folder import EXPERIMENT, slug, utc_now
 from kilotwin.runs.reader import Run
 from kilotwin.session.estimate import cpu_s_of
-from kilotwin.studies.sweep.confined_trial import measure_confined
+from kilotwin.studies.pool.built import Builder
+from kilotwin.studies.pool.places import Place
+from kilotwin.studies.pool.pool import Pool
+from kilotwin.studies.pool.series import engine_sha256
+from kilotwin.studies.pool.task import Answer, Failed, Task
 from kilotwin.studies.sweep.data_set import DataSet, failure_line, trial_key
-from kilotwin.studies.sweep.executors import Place
-from kilotwin.studies.sweep.measure import Failed, Measured, Task, engine_sha256, measure_apart
+from kilotwin.studies.sweep.measure import TIMEOUT, Apart, Rows
 from kilotwin.studies.sweep.plan import Plan, Trial, shown
 from kilotwin.units import counted, duration_text
 
@@ -35,11 +31,6 @@ from kilotwin.units import counted, duration_text
 _LONG_CPU_S = 60.0
 _BYTES_PER_SAMPLE = 8
 _BYTES_PER_TRIAL = 4096
-_BROKEN_MOST = 20
-_WAITING_PER_WORKER = 4
-_WORKERS_UNKNOWN = 64
-
-Answer = Measured | Failed
 
 
 class Display(Protocol):
@@ -91,8 +82,8 @@ def _settled(plan: Plan, notify: Notify) -> Plan:
 class Sweep:
     """A plan and its data set.
 
-    `keys` are the trials' in the order of the plan, `there` those of the finished ones; `native`
-    are the programs of Kilobots that run natively.
+    `keys` are the trials' in the order of the plan, `programs` those of what they run, `there`
+    those of the finished ones; `native` are the programs of Kilobots that run natively.
     """
 
     plan: Plan
@@ -100,6 +91,7 @@ class Sweep:
     keys: Sequence[str]
     there: set[str] = field(default_factory=set)
     native: Sequence[Native] = ()
+    programs: Sequence[tuple[str, ...]] = ()
     failures: dict[str, Failed] = field(default_factory=dict)
     interrupted: bool = False
     damaged: int = 0
@@ -108,45 +100,33 @@ class Sweep:
     def prepare(plan: Plan, folder: Path, notify: Notify) -> "Sweep":
         """Builds the programs, looks what is in the folder, and writes nothing into it."""
         data = DataSet.at(folder, engine_sha256())
-        guests: dict[tuple[Program, Tier, Target | None], Guest] = {}
-        keys = []
+        keys: list[str] = []
+        programs: list[tuple[str, ...]] = []
         native: list[Native] = []
         at_once = sum(cpu_s_of(trial.experiment) for trial in plan.trials) < _LONG_CPU_S
         notes = {note: None for trial in plan.trials for note in trial.experiment.notes()}
         plan = _settled(plan, lambda note: notes.update({note: None}))
         for note in notes:
             notify(note)
+        builder = Builder(notify, at_once=at_once)
         for trial in plan.trials:
-            parts = list(trial.experiment.groups)
-            if trial.experiment.modules is not None:
-                parts.append(trial.experiment.modules)
-            groups = [
-                (
-                    (group.program, group.tier, group.boot_loader),
-                    group,
-                )
-                for group in parts
-            ]
-            for what, group in groups:
-                if what not in guests:
-                    guests[what] = build_group(group, notify, at_once=at_once)
-            built = [guests[what] for what, _ in groups]
-            native += native_kilobots(trial.experiment, built)
-            programs = [guest.key for guest in built]
+            built = builder.built(trial.experiment)
+            native += native_kilobots(trial.experiment, built.all)
+            programs.append(built.keys)
+            named = [*built.keys]
             if trial.experiment.environment is not None:
-                programs.append(trial.experiment.environment.sha256())
-            programs += [named.sha256() for named in trial.experiment.functions.values()]
+                named.append(trial.experiment.environment.sha256())
+            named += [one.sha256() for one in trial.experiment.functions.values()]
             if trial.experiment.wire is not None:
-                programs.append(trial.experiment.wire.sha256())
-            keys.append(trial_key(trial, programs))
-        there = {key for key in keys if data.has(key)}
-        damaged = [key for key in keys if key not in there and data.part(key).exists()]
-        if damaged:
+                named.append(trial.experiment.wire.sha256())
+            keys.append(trial_key(trial, named))
+        there = {key for key in keys if key in data.parts}
+        if damaged := data.parts.damaged:
             notify(
-                f"{folder}: damaged parts: {len(damaged)}, the first {data.part(damaged[0]).name}; "
-                "these trials are run again"
+                f"{folder / 'parts'}: damaged at {counted(len(damaged), 'place')}, the first at "
+                f"byte {damaged[0]}; trials that stood there are run again"
             )
-        return Sweep(plan, data, keys, there, native)
+        return Sweep(plan, data, keys, there, native, programs)
 
     def missing(self) -> list[tuple[Trial, str]]:
         """Trials without a result, in the order to run them in."""
@@ -178,30 +158,41 @@ class Sweep:
         total = len(self.plan.trials)
         display.start(total, total - len(missing))
         progress = _Progress(display, missing, total)
-        first = [
-            _Try(
-                trial,
-                Task(
-                    key,
-                    trial.experiment,
-                    self.data.failed_folder(key).absolute(),
-                    self.plan.keys.trial_timeout_s,
-                    confinement.mode() == "off",
-                ),
-                measure_apart if confinement.mode() == "require" else measure_confined,
-            )
-            for trial, key in missing
-        ]
         try:
-            with heeding_interrupts(signal.default_int_handler):
-                for attempt, answer in _answers(first, place):
-                    self._take(attempt, answer, progress)
+            with heeding_interrupts(signal.default_int_handler), Pool(place) as pool:
+                for index, answer in pool.answers(self._tasks(missing), self._again(missing)):
+                    self._take(*missing[index], answer, progress)
         except KeyboardInterrupt:
             self.interrupted = True
         finally:
             display.stop()
         if not self.interrupted:
             twins.verdicts()
+
+    def _tasks(self, missing: Sequence[tuple[Trial, str]]) -> list[Task[bytes]]:
+        trusted, rows = Task.trusts(), Rows()
+        return [
+            Task(
+                trial.experiment,
+                rows,
+                self.programs[trial.index],
+                self.plan.keys.trial_timeout_s,
+                TIMEOUT,
+                trusted,
+            )
+            for trial, _ in missing
+        ]
+
+    def _again(self, missing: Sequence[tuple[Trial, str]]) -> Callable[[int], Apart]:
+        """The second try of each, which leaves a run folder."""
+        tasks = self._tasks(missing)
+
+        def apart(index: int) -> Apart:
+            folder = self.data.failed_folder(missing[index][1]).absolute()
+            shutil.rmtree(folder, ignore_errors=True)
+            return Apart(tasks[index], folder)
+
+        return apart
 
     def finish(self) -> int:
         """Writes the tables of all that is there; returns the number of trials in them."""
@@ -239,7 +230,7 @@ class Sweep:
             "damaged": self.damaged,
             "metrics_failed": self.data.spoiled(),
             "failed": [
-                {"trial": shown(trial), **failure_line(self.failures[key])}
+                {"trial": shown(trial), **failure_line(key, self.failures[key])}
                 for trial, key in zip(self.plan.trials, self.keys, strict=True)
                 if key in self.failures
             ],
@@ -253,85 +244,22 @@ class Sweep:
             return EXIT_INTERRUPTED
         return 1 if self.failures or self.damaged else 0
 
-    def _take(self, attempt: "_Try", answer: Answer, progress: "_Progress") -> None:
-        when = {"key": answer.key, "utc": utc_now()}
+    def _take(self, trial: Trial, key: str, answer: Answer[bytes], progress: "_Progress") -> None:
+        when = {"key": key, "utc": utc_now()}
         if isinstance(answer, Failed):
-            self.failures[answer.key] = answer
-            self.data.log(**{**when, **failure_line(answer)})
+            self.failures[key] = answer
+            self.data.log(**{**when, **failure_line(key, answer)})
         else:
             if answer.engine_sha256 != engine_sha256():
                 raise RunError(
                     f"{answer.host} has another engine than this machine; install the same "
                     "Kilotwin on all workers"
                 )
-            self.data.add(answer)
-            robot_s = _robot_s(attempt.trial)
-            shutil.rmtree(attempt.task.folder, ignore_errors=True)
-            self.data.log(**when, cpu_s=answer.cpu_s, robot_s=robot_s, host=answer.host)
-            self.there.add(answer.key)
-        progress.add(attempt.trial, failed=isinstance(answer, Failed))
-
-
-@dataclass(frozen=True)
-class _Try:
-    trial: Trial
-    task: Task
-    how: Callable[[Task], Answer]
-
-    def again(self) -> "_Try | None":
-        """The second try, which leaves a run folder; None after it."""
-        return None if self.how is measure_apart else _Try(self.trial, self.task, measure_apart)
-
-
-def _answers(attempts: Sequence[_Try], place: Place) -> Iterator[tuple[_Try, Answer]]:
-    """The answer to each, in any order. A broken executor is replaced, and what it ran repeated."""
-    waiting = list(reversed(attempts))
-    for _ in range(_BROKEN_MOST):
-        running: dict[Future[Answer], _Try] = {}
-        with place.open() as executor, contextlib.suppress(BrokenExecutor):
-            yield from _drain(executor, place, waiting, running)
-        # A trial that broke it does so in a process of its own the next time.
-        lost = [attempt.again() or attempt for attempt in running.values()]
-        waiting += [_clean(attempt) for attempt in lost]
-        if not waiting:
-            return
-    raise RunError("workers die again and again; see to memory and disk, then go on with the sweep")
-
-
-def _drain(
-    executor: Executor, place: Place, waiting: list[_Try], running: dict[Future[Answer], _Try]
-) -> Iterator[tuple[_Try, Answer]]:
-    most = _WAITING_PER_WORKER * (place.workers() or _WORKERS_UNKNOWN)
-    while waiting or running:
-        while waiting and len(running) < most:
-            attempt = waiting[-1]
-            running[executor.submit(attempt.how, attempt.task)] = attempt
-            waiting.pop()
-        done, _ = wait(running, return_when=FIRST_COMPLETED)
-        for future in done:
-            answer = _answer_of(future, running[future])
-            attempt = running.pop(future)
-            again = attempt.again()
-            if isinstance(answer, Failed) and not answer.timed_out and again is not None:
-                waiting.append(_clean(again))
-            else:
-                yield attempt, answer
-
-
-def _answer_of(future: Future[Answer], attempt: _Try) -> Answer:
-    """The trial's result; a worker that Dask lost for good counts as a failure of the trial."""
-    try:
-        return future.result()
-    except BrokenExecutor:
-        raise
-    except Exception as error:
-        return Failed(attempt.task.key, f"{type(error).__name__}: {error}", None)
-
-
-def _clean(attempt: _Try) -> _Try:
-    """Its run folder must not be there yet."""
-    shutil.rmtree(attempt.task.folder, ignore_errors=True)
-    return attempt
+            self.data.add(key, answer.value)
+            shutil.rmtree(self.data.failed_folder(key), ignore_errors=True)
+            self.data.log(**when, cpu_s=answer.cpu_s, robot_s=_robot_s(trial), host=answer.host)
+            self.there.add(key)
+        progress.add(trial, failed=isinstance(answer, Failed))
 
 
 class _Progress:

@@ -1,23 +1,22 @@
-"""Where trials run: processes of this machine, the workers of a Dask cluster, or jobs of Slurm.
+"""Where trials run: processes of this machine, or the workers of a Dask cluster.
 
-All are executors of `concurrent.futures`, so that the sweep does not know the difference.
+All places (sweep/slurm.py has one more) are executors of `concurrent.futures`, so that the pool
+does not know the difference.
 """
 
 import contextlib
 import os
 import re
-import shutil
 import signal
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
-from typing import Any, Protocol
+from typing import Protocol
 
 from kilotwin import _emulator
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.files import confinement, extras
-from kilotwin.studies.sweep.plan import Plan, SlurmOptions
 
 _CONNECT_S = 5
 _ADDRESS = re.compile(r"((tcp|tls|wss?|ucx)://)?([^\s:/]+|\[[0-9a-fA-F:.]+\]):\d{1,5}")
@@ -54,10 +53,9 @@ class Processes:
 
     @contextlib.contextmanager
     def open(self) -> Iterator[Executor]:
-        """A pool whose processes end at once when the sweep ends or dies."""
-        # Workers fork confined trials: without threads, and with little memory taken in advance.
-        if confinement.mode() != "off":
-            os.environ.update(confinement.SINGLE_THREADED)
+        """A pool whose processes end at once when it is left, or this one dies."""
+        # Workers fork: without threads, and with little memory taken in advance.
+        os.environ.update(confinement.SINGLE_THREADED)
         # Spawned, not forked: a child of ours must not hold our threads' locks.
         pool = ProcessPoolExecutor(
             self.number, get_context("spawn"), initializer=_serve, initargs=(os.getpid(),)
@@ -114,69 +112,6 @@ class Dask:
             yield client.get_executor(pure=False)
 
 
-@dataclass(frozen=True)
-class Slurm:
-    """Jobs of one core each, requested from Slurm by dask-jobqueue.
-
-    `options` are the sweep's [slurm]; `where` they stand, for messages.
-    """
-
-    options: SlurmOptions
-    where: str
-
-    @property
-    def name(self) -> str:
-        """For people."""
-        return "jobs of Slurm"
-
-    def workers(self) -> int:
-        """As many as jobs are requested."""
-        return self.options.jobs
-
-    def job_script(self) -> str:
-        """The script that goes to sbatch."""
-        with self._cluster() as cluster:
-            return str(cluster.job_script())
-
-    @contextlib.contextmanager
-    def open(self) -> Iterator[Executor]:
-        """DeviceError where there is no Slurm."""
-        from distributed import Client
-
-        # dask-jobqueue would only log that it cannot submit, and wait for ever.
-        if shutil.which("sbatch") is None:
-            raise DeviceError("--slurm: sbatch is not there; run this where Slurm is")
-        with self._cluster() as cluster, Client(cluster, set_as_default=False) as client:
-            cluster.scale(jobs=self.workers())
-            yield client.get_executor(pure=False)
-
-    @contextlib.contextmanager
-    def _cluster(self) -> Iterator[Any]:
-        from dask_jobqueue import SLURMCluster
-
-        own = self.options.model_dump(exclude={"jobs"})
-        try:
-            fixed = {"cores": 1, "processes": 1, "n_workers": 0}
-            cluster = SLURMCluster(**{"job_name": "kilotwin", **own, **fixed})
-        except (TypeError, ValueError, RuntimeError) as error:
-            what = str(error).partition("\n")[0].partition(". ")[0]
-            raise InputError(
-                f"{self.where}: [slurm]: {what}; allowed: what dask-jobqueue's SLURMCluster takes, "
-                "and jobs"
-            ) from None
-        with cluster:
-            yield cluster
-
-
 def place_for(processes: int | None, dask: str | None) -> Place:
     """Where trials run: in processes, one per core unless said, or on a Dask cluster."""
     return Dask(dask) if dask else Processes(processes or len(os.sched_getaffinity(0)))
-
-
-def choose_place(plan: Plan, processes: int | None, dask: str | None, slurm: bool) -> Place:
-    """The same, or in jobs of Slurm."""
-    if slurm and not dask:
-        jobs = Slurm(plan.keys.slurm, plan.origin.where(("slurm",)))
-        jobs.job_script()  # what is wrong with the options is reported before anything is written
-        return jobs
-    return place_for(processes, dask)
