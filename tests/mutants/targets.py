@@ -111,8 +111,7 @@ TARGETS = [
         "sweeps",
         {
             "studies/sweep/data_set.py": "unit/sweep/test_data_set.py",
-            "studies/sweep/parts.py": "unit/pool/test_series.py"
-            " unit/sweep/test_data_set.py",
+            "studies/sweep/parts.py": "unit/pool/test_series.py unit/sweep/test_data_set.py",
             "studies/sweep/runner.py": "unit/sweep/test_data_set.py system/test_sweep.py",
         },
     ),

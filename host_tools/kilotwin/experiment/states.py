@@ -1,5 +1,6 @@
 """A robot's state is what its LED shows; an experiment's [states] name the colours."""
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,14 +42,7 @@ class States:
             named = {name: (r, g, b) for name, (r, g, b) in experiment.states.items()}
         else:
             named = AGGREGATION if runs_aggregation(experiment) else {}
-        index_of = {led_byte(*colour): index for index, colour in enumerate(named.values())}
-        names = list(named)
-        for led in range(LED_VALUES):
-            if led not in index_of:
-                index_of[led] = len(names)
-                names.append("RGB({},{},{})".format(*led_rgb(led)))
-        of_led = np.array([index_of[led] for led in range(LED_VALUES)], dtype=np.uint8)
-        return States(names, of_led, len(named))
+        return _states(tuple(named.items()))
 
     def of_robots(self, led: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Index into `names` for each LED byte; the two highest bits mean nothing."""
@@ -59,6 +53,19 @@ class States:
         """The index of the state `resting`, or one that no robot has."""
         known = self.names[: self.known]
         return known.index(RESTING) if RESTING in known else len(self.names)
+
+
+@functools.lru_cache
+def _states(named: tuple[tuple[str, tuple[int, int, int]], ...]) -> States:
+    """Kept, since each of many short trials asks for the same."""
+    index_of = {led_byte(*colour): index for index, (_, colour) in enumerate(named)}
+    names = [name for name, _ in named]
+    for led in range(LED_VALUES):
+        if led not in index_of:
+            index_of[led] = len(names)
+            names.append("RGB({},{},{})".format(*led_rgb(led)))
+    of_led = np.array([index_of[led] for led in range(LED_VALUES)], dtype=np.uint8)
+    return States(names, of_led, len(named))
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Measures all metrics of an experiment, sample by sample."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ from kilotwin.experiment.schema.metric import Metric
 from kilotwin.metrics.builtins import Measure, builtin
 from kilotwin.metrics.functions import Functions, Values
 from kilotwin.metrics.moment import Moment
-from kilotwin.metrics.sample import Row, SampleMaker, rows_of
+from kilotwin.metrics.sample import Row, SampleMaker, row_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.units import seconds
 
@@ -36,6 +36,9 @@ class Meter:
         have no variables to read. `functions` may be None where the experiment has none."""
         keys = experiment.keys
         self._metrics = keys.metric
+        self._at_samples = {
+            name: metric for name, metric in keys.metric.items() if metric.when == "samples"
+        }
         self._functions = functions
         self._make = SampleMaker(keys)
         self._builtins: dict[str, Measure] = {
@@ -86,13 +89,12 @@ class Meter:
             if metric.per_robot:
                 measured.of_robots[name] = np.full((count, robots), np.nan)
         cells = None if moment is None or not self._functions else moment.cells
-        for k, row in enumerate(rows_of(samples, cells)):
+        for k in range(count):
             is_now = k == count - 1
-            wanted = {
-                name: metric
-                for name, metric in self._metrics.items()
-                if metric.when == "samples" or (last and is_now)
-            }
+            wanted = self._metrics if last and is_now else self._at_samples
+            if not wanted:
+                continue
+            row = row_of(samples, k, cells if is_now else None)
             values = self._at(row, wanted, moment if is_now else None, k, measured)
             for name, value in values.items():
                 measured.values[name][k] = np.nan if value is None else value
@@ -102,7 +104,7 @@ class Meter:
     def _at(
         self,
         row: Row,
-        wanted: dict[str, Metric],
+        wanted: Mapping[str, Metric],
         moment: Moment | None,
         k: int,
         measured: MetricValues,

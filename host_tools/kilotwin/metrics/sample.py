@@ -86,22 +86,18 @@ def _unpacked(value: Any) -> NDArray[Any]:
     return np.frombuffer(base64.b64decode(data), dtype=kind).reshape(shape)
 
 
-def rows_of(samples: "Samples", cells: NDArray[np.uint8] | None) -> list[Row]:
-    """The moments in samples of the engine; `cells` are those of the last one."""
-    count = len(samples["tick"])
-    return [
-        Row(
-            int(samples["tick"][k]),
-            samples["x_m"][k],
-            samples["y_m"][k],
-            samples["heading_rad"][k],
-            samples["led"][k],
-            samples["site"][k],
-            _objects(samples, k),
-            cells if k == count - 1 else None,
-        )
-        for k in range(count)
-    ]
+def row_of(samples: "Samples", k: int, cells: NDArray[np.uint8] | None) -> Row:
+    """The moment `k` in samples of the engine; `cells` as they are then, if that is known."""
+    return Row(
+        int(samples["tick"][k]),
+        samples["x_m"][k],
+        samples["y_m"][k],
+        samples["heading_rad"][k],
+        samples["led"][k],
+        samples["site"][k],
+        _objects(samples, k),
+        cells,
+    )
 
 
 def _objects(samples: "Samples", k: int) -> NDArray[np.float32]:

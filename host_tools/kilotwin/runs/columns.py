@@ -51,33 +51,22 @@ class Records:
         """The tables of `experiment`."""
         states = States.of(experiment)
         sites = [site.name for site in experiment.site]
-        when = [field("tick", pa.int64(), "32.768 ms"), field("time_s", pa.float64(), "s")]
         robots = [
-            *when,
+            *_WHEN,
             field("robot", pa.uint32(), "index, uid less 1"),
             *(column for column in _OF_ROBOTS if experiment.record.has_column(column.name)),
             *_metric_fields(experiment, per_robot=True),
         ]
-        counts = [
-            *(f"resting_{site}" for site in sites),
-            "not_resting",
-            *(f"state_{state}" for state in states.names[: states.known]),
-        ]
         objects = [
-            *when,
+            *_WHEN,
             field("object", pa.uint32(), "index, in the order of the experiment"),
             field("x_m", pa.float32(), "m, of the object's own (0, 0)"),
             field("y_m", pa.float32(), "m"),
             field("heading_rad", pa.float32(), "rad, counter-clockwise from x"),
         ]
-        per_site = [
-            *when,
-            *(field(name, pa.uint32(), "robots") for name in counts),
-            *_metric_fields(experiment, per_robot=False),
-        ]
         return Records(
             pa.schema(robots, metadata=dict(about)),
-            pa.schema(per_site, metadata=dict(about)),
+            sites_schema(experiment, about),
             pa.schema(objects, metadata=dict(about)),
             pa.array(states.names),
             pa.array(sites, type=pa.string()),
@@ -152,15 +141,38 @@ class Records:
         self, samples: "Samples", counts: Counts, measured: MetricValues = NO_METRICS
     ) -> pa.RecordBatch:
         """A row per sample."""
-        columns = [
-            samples["tick"],
-            samples["tick"] * TICK_S,
-            *counts.resting.T,
-            counts.not_resting,
-            *counts.in_state.T,
-            *_metric_columns(self.sites_schema, measured.values, len(samples["tick"])),
-        ]
-        return _batch(columns, self.sites_schema)
+        return sites_rows(self.sites_schema, samples, counts, measured)
+
+
+def sites_schema(experiment: ExperimentSchema, about: Mapping[str, str]) -> pa.Schema:
+    """The table `sites` of `experiment`; `about` goes into its metadata."""
+    states = States.of(experiment)
+    counts = [
+        *(f"resting_{site.name}" for site in experiment.site),
+        "not_resting",
+        *(f"state_{state}" for state in states.names[: states.known]),
+    ]
+    columns = [
+        *_WHEN,
+        *(field(name, pa.uint32(), "robots") for name in counts),
+        *_metric_fields(experiment, per_robot=False),
+    ]
+    return pa.schema(columns, metadata=dict(about))
+
+
+def sites_rows(
+    schema: pa.Schema, samples: "Samples", counts: Counts, measured: MetricValues
+) -> pa.RecordBatch:
+    """A row of the table `sites` per sample."""
+    columns = [
+        samples["tick"],
+        samples["tick"] * TICK_S,
+        *counts.resting.T,
+        counts.not_resting,
+        *counts.in_state.T,
+        *_metric_columns(schema, measured.values, len(samples["tick"])),
+    ]
+    return _batch(columns, schema)
 
 
 def _batch(columns: Sequence[Column], schema: pa.Schema) -> pa.RecordBatch:
@@ -189,6 +201,7 @@ def field(name: str, kind: pa.DataType, unit: str) -> pa.Field:
     return pa.field(name, kind, metadata={"unit": unit})
 
 
+_WHEN = [field("tick", pa.int64(), "32.768 ms"), field("time_s", pa.float64(), "s")]
 _OF_ROBOTS = [
     field("x_m", pa.float32(), "m"),
     field("y_m", pa.float32(), "m"),

@@ -5,6 +5,7 @@ An event of the engine has addresses of code. In their place it gets `file` (its
 .hex that came built, keeps its text; the chip's address is in it.
 """
 
+import functools
 import itertools
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
@@ -37,7 +38,7 @@ class EventPlaces:
         self._ends = list(itertools.accumulate(group.count for group in groups))
         modules = [experiment.modules] if experiment.modules is not None else []
         self._programs = [
-            None if file is None else _Program(file.read_bytes(), group.program)
+            None if file is None else _program(file, file.stat().st_mtime_ns, group.program)
             for group, file in zip([*groups, *modules], symbols, strict=False)
         ]
 
@@ -79,3 +80,9 @@ class _Program:
         if code not in self._known:
             self._known[code] = self._places.of(code)
         return self._known[code]
+
+
+@functools.lru_cache(maxsize=16)
+def _program(file: Path, changed_ns: int, program: Program) -> _Program:
+    """Kept, since each of many short trials asks for the same."""
+    return _Program(file.read_bytes(), program)

@@ -85,12 +85,15 @@ class Attention(Companion):
     """Has the loop come round after about `every_s` of wall time, however fast the table is: until
     then no signal is seen and no progress is shown."""
 
-    def __init__(self, every_s: float, clock: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(
+        self, every_s: float, clock: Callable[[], float] = time.perf_counter, *, first: int = 1
+    ) -> None:
+        """`first`: ticks that surely take less than that, before any were seen."""
         self._every_s = every_s
         self._clock = clock
         self._from = self._due = -NEVER
         self._at_s = 0.0
-        self._ticks = 1
+        self._ticks = first
 
     def step(self, now: int) -> None:
         """Learns from what the ticks since the last time took how many are to be next."""

@@ -20,6 +20,7 @@ from kilotwin.runs.sampling import DECISION_S, decision_s
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.acts import STEERED, Repetition
 from kilotwin.session.emulated import EmulatedWorld
+from kilotwin.session.estimate import cpu_s_of
 from kilotwin.session.faster_code import FasterCode
 from kilotwin.session.job import Job
 from kilotwin.session.loop import Attention, Companion, Each, Session
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
 # About how long a call of the engine takes. Until it is over no signal is seen; at its end no robot
 # may have been run ahead, which with 100,000 robots would cost an eighth at a third of this time.
 _CHUNK_S = 0.4
+# A first one is meant to take an eighth, for the estimate is one: a short trial has no second.
+_SURE_S = _CHUNK_S / 8
 
 
 class Trial(Generic[WriterT]):
@@ -256,7 +259,8 @@ class Trial(Generic[WriterT]):
         if self._job.serving is not None:
             return Attention(0.0)
         if not self._job.viewers:
-            return Attention(_CHUNK_S)
+            share = _SURE_S / max(cpu_s_of(self._job.experiment), _SURE_S)
+            return Attention(_CHUNK_S, first=max(1, int(ticks(self._keys.duration_s) * share)))
         from kilotwin.session.live import chunk_s
 
         return Attention(chunk_s(self._simulation.robots), time.process_time)

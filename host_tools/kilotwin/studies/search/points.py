@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 
 from kilotwin.errors import InputError, InterruptError
 from kilotwin.experiment.experiment import Experiment
@@ -16,7 +15,7 @@ from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.runs.folder import slug
 from kilotwin.studies.pool.places import Place
 from kilotwin.studies.search.space import Point, settings_of
-from kilotwin.studies.sweep.measure import RESULT
+from kilotwin.studies.sweep.measure import RESULT, table_of
 from kilotwin.studies.sweep.plan import Plan, SweepSchema, Trial
 from kilotwin.studies.sweep.runner import Display, Sweep
 
@@ -110,7 +109,7 @@ class Laboratory:
         stream = sweep.data.parts.read(key) if key in sweep.there else None
         if stream is None:
             return None
-        table = pa.ipc.open_stream(stream).read_all()
+        table = table_of(stream)
         result: dict[str, Any] = json.loads(table.schema.metadata[RESULT])
         values: Values = {}
         for name in self.metrics:

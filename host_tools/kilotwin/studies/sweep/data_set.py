@@ -34,7 +34,7 @@ from kilotwin.experiment.schema.controller import reading_name
 from kilotwin.files.drafts import draft_name, draft_of
 from kilotwin.runs.columns import METRIC
 from kilotwin.studies.pool.task import Failed
-from kilotwin.studies.sweep.measure import RESULT
+from kilotwin.studies.sweep.measure import RESULT, table_of
 from kilotwin.studies.sweep.parts import Parts
 from kilotwin.studies.sweep.plan import Plan, Trial
 
@@ -240,7 +240,7 @@ class DataSet:
 def _part_rows(index: int, stream: bytes | None, whole: pa.Schema) -> pa.Table:
     """A part's rows with the trial's index and all columns of the data set; null if not its own."""
     assert stream is not None
-    table = pa.ipc.open_stream(stream).read_all()
+    table = table_of(stream)
     rows = table.num_rows
     columns = [pa.array([index] * rows, pa.uint32())]
     own = set(table.column_names)

@@ -19,7 +19,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.causes import causes
-from kilotwin.runs.columns import Records
+from kilotwin.runs.columns import sites_rows, sites_schema
 from kilotwin.runs.reader import Run
 from kilotwin.session import run
 from kilotwin.session.display import NoDisplay
@@ -37,6 +37,8 @@ TIMEOUT = "trial_timeout_s"
 # Keys of a run's summary that are the trial's result: the same on every machine.
 RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash", "final_hash")
 _METRIC_KEYS = ("metrics", "metrics_failed")  # of trials that have any
+# A smaller table is not worth the time that its compression takes.
+_LARGE_BYTES = 1 << 14
 _STREAM_END = b"\xff\xff\xff\xff\0\0\0\0"
 
 
@@ -52,12 +54,13 @@ class Rows(Outcome["SeriesWriter", bytes]):
         """The part; RunError of a program that failed."""
         if ran.summary["robots_failed"]:
             raise RunError(robots_failed(ran.summary))
-        return _part(ran.job.experiment, ran.summary, ran.trial.writer.batches)
+        writer = ran.trial.writer
+        return _part(writer.schema, ran.summary, writer.batches)
 
     def understood(self, task: Task[bytes], said: bytes) -> bytes:
         """The same bytes; ValueError if they are no whole part of this experiment."""
-        wanted = Records.of(task.experiment.keys, {}).sites_schema
-        if not is_whole(said) or not pa.ipc.open_stream(said).schema.equals(wanted):
+        wanted = sites_schema(task.experiment.keys, {})
+        if not is_whole(said, wanted):
             raise ValueError
         return said
 
@@ -88,12 +91,12 @@ class Apart:
         if outcome.exit_code != 0:
             return Failed(robots_failed(outcome.summary), folder=folder)
         sites = Run.open(folder).sites().to_batches()
-        part = _part(task.experiment, outcome.summary, sites)
+        schema = sites_schema(task.experiment.keys, {})
+        part = _part(schema, outcome.summary, sites)
         return Done(part, outcome.summary["cpu_s"], engine_sha256(), platform.node())
 
 
-def _part(experiment: Experiment, summary: dict[str, Any], sites: list[pa.RecordBatch]) -> bytes:
-    schema = Records.of(experiment.keys, {}).sites_schema
+def _part(schema: pa.Schema, summary: dict[str, Any], sites: list[pa.RecordBatch]) -> bytes:
     return part_of(
         pa.Table.from_batches(sites, schema).combine_chunks(),
         {
@@ -107,20 +110,29 @@ def part_of(sites: pa.Table, result: dict[str, Any]) -> bytes:
     """A trial's part of the data set: the same bytes for the same rows and result."""
     table = sites.replace_schema_metadata({RESULT: json.dumps(result, sort_keys=True)})
     sink = pa.BufferOutputStream()
-    options = pa.ipc.IpcWriteOptions(compression="zstd", use_threads=False)
+    compression = "zstd" if table.nbytes > _LARGE_BYTES else None
+    options = pa.ipc.IpcWriteOptions(compression=compression, use_threads=False)
     with pa.ipc.new_stream(sink, table.schema, options=options) as writer:
         writer.write_table(table)
     return bytes(sink.getvalue())
 
 
-def is_whole(content: bytes) -> bool:
-    """Whether it is a whole stream with a result."""
+def table_of(part: bytes) -> pa.Table:
+    """The table of a part, whose schema has the result; read without threads, which take longer
+    than the table."""
+    options = pa.ipc.IpcReadOptions(use_threads=False)
+    return pa.ipc.open_stream(part, options=options).read_all()
+
+
+def is_whole(content: bytes, schema: pa.Schema) -> bool:
+    """Whether it is a whole stream with these columns and a result."""
     if not content.endswith(_STREAM_END):
         return False
     try:
-        table = pa.ipc.open_stream(content).read_all()
+        table = table_of(content)
         table.validate(full=True)
-        return set(json.loads(table.schema.metadata[RESULT])) >= set(RESULT_KEYS)
+        has_all = set(json.loads(table.schema.metadata[RESULT])) >= set(RESULT_KEYS)
+        return has_all and bool(table.schema.equals(schema))
     except (pa.ArrowException, OSError, TypeError, KeyError, ValueError):
         return False
 
@@ -138,7 +150,7 @@ class SeriesWriter:
     def __init__(self, experiment: Experiment) -> None:
         self._experiment = experiment
         self._states = States.of(experiment.keys)
-        self._records = Records.of(experiment.keys, {})
+        self.schema = sites_schema(experiment.keys, {})
         self.batches: list[pa.RecordBatch] = []
 
     def add(self, samples: "Samples", measured: MetricValues = NO_METRICS) -> Counts | None:
@@ -146,7 +158,7 @@ class SeriesWriter:
         if not len(samples["tick"]):
             return None
         counts = self.count(samples)
-        self.batches.append(self._records.sites(samples, counts, measured))
+        self.batches.append(sites_rows(self.schema, samples, counts, measured))
         return counts
 
     def count(self, samples: "Samples") -> Counts:
