@@ -1,16 +1,17 @@
 """Kilotwin's host tools: experiments, runs, run folders and figures behind one command.
 
-From Python: `from kilotwin import RGB, World`, see docs/python_api.md.
+From Python: `from kilotwin import RGB, Trials, World`, see docs/python_api.md.
 """
 
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kilotwin.session.world import RGB, World
+    from kilotwin.studies.pool.trials import Trials
 
     __version__: str
 
-__all__ = ["RGB", "World", "__version__"]
+__all__ = ["RGB", "Trials", "World", "__version__"]
 
 
 def __getattr__(name: str) -> Any:
@@ -31,4 +32,8 @@ def __getattr__(name: str) -> Any:
         from kilotwin.session import world
 
         return getattr(world, name)
+    if name == "Trials":
+        from kilotwin.studies.pool.trials import Trials
+
+        return Trials
     raise AttributeError(f"module 'kilotwin' has no attribute '{name}'")

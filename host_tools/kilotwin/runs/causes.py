@@ -74,3 +74,10 @@ def listed(kind: str, whose: Sequence[str]) -> str:
     named = list(whose) if len(whose) <= _NAMED + 1 else list(whose[:_NAMED])
     last = f"{len(whose) - _NAMED} more" if len(named) < len(whose) else named.pop()
     return f"{kind}s {', '.join(named)} and {last}"
+
+
+def robots_failed(events: Iterable[Mapping[str, Any]]) -> str:
+    """The first cause of robots' failures, and how many more there are."""
+    found = causes(events)
+    more = f"; and {len(found) - 1} other causes" if len(found) > 1 else ""
+    return found[0].text("robot") + more

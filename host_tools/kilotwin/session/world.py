@@ -104,7 +104,7 @@ class _Arguments(Section):
 def _checked(to: str = "World", /, **given: Any) -> _Arguments:
     """Arguments as Python's own values; InputError names the one that cannot be used."""
     try:
-        return _Arguments.model_validate(_plain(given))
+        return _Arguments.model_validate(plain(given))
     except ValidationError as error:
         raise input_error(_origin({}, [], to), error, schema=_Arguments) from None
 
@@ -143,11 +143,8 @@ class World:
         given = _checked(experiment=experiment, set=set)
         settings = [parse_setting(text) for text in given.set]
         if seed is not None:
-            settings.append(Setting(("seed",), _plain(seed), f"seed={seed}"))
-        if given.experiment is None:
-            self._experiment = experiment_of(keys, settings)
-        else:
-            self._experiment = _loaded(Path(given.experiment), keys, settings)
+            settings.append(Setting(("seed",), plain(seed), f"seed={seed}"))
+        self._experiment = experiment_for(given.experiment, keys, settings)
         warn = functools.partial(warnings.warn, stacklevel=2)
         for note in self._experiment.why_native():
             warn(note)
@@ -508,41 +505,48 @@ def _beside() -> Path:
     return file.resolve().parent if file is not None and file.is_file() else Path.cwd()
 
 
-def _loaded(file: Path, keys: Mapping[str, Any], settings: list[Setting]) -> Experiment:
-    """The experiment of a file, beside which `World` takes no keys."""
-    key = key_of(file)
+def experiment_for(
+    file: str | None, keys: Mapping[str, Any], settings: list[Setting], to: str = "World"
+) -> Experiment:
+    """The experiment of a file, beside which `to` takes no keys, or without one of the keys."""
+    if file is None:
+        return experiment_of(keys, settings, to)
+    key = key_of(Path(file))
     if key is not None:
-        what = f"World: {file} is a robot's program, not an experiment file"
-        raise InputError(f'{what}; type World({key}="{file}")')
+        what = f"{to}: {file} is a robot's program, not an experiment file"
+        raise InputError(f'{what}; type {to}({key}="{file}")')
     if keys:
-        raise InputError(f"World: '{next(iter(keys))}' goes without a file; use set=[...]")
+        raise InputError(f"{to}: '{next(iter(keys))}' goes without a file; use set=[...]")
     beside = _beside() / file
-    return Experiment.load(beside if beside.exists() and not file.exists() else file, settings)
+    there = beside.exists() and not Path(file).exists()
+    return Experiment.load(beside if there else Path(file), settings)
 
 
-def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experiment:
+def experiment_of(
+    keys: Mapping[str, Any], settings: list[Setting], to: str = "World"
+) -> Experiment:
     """An experiment without a file; keys as `World` takes them."""
-    tables = _plain(keys)
+    tables = plain(keys)
     tables.setdefault("name", "world")
     tables.setdefault("duration_s", _LONGEST_S)  # as long as it is stepped
     if "arena" in tables or "grid" not in tables:
-        tables["arena"] = _arena(tables.get("arena", [1.0, 1.0]))
+        tables["arena"] = _arena(tables.get("arena", [1.0, 1.0]), to)
     swarm = tables.setdefault("swarm", {})
     profile = tables.pop("profile", "kilobot")
     if isinstance(swarm, dict):
         swarm.setdefault("profile", profile)
     kind = {key: tables.pop(key) for key in Robots.model_fields if key in tables}
     if kind and "robots" in tables:
-        raise InputError(f"World: '{next(iter(kind))}' goes without robots=; write it in there")
+        raise InputError(f"{to}: '{next(iter(kind))}' goes without robots=; write it in there")
     if kind:
         poses = kind.get("poses")
         if kind.get("count") is None and not isinstance(poses, str):
             kind["count"] = len(poses) if isinstance(poses, list) else 1
         tables["robots"] = [kind]
-    return Experiment.of(_origin(tables, settings))
+    return Experiment.of(_origin(tables, settings, to))
 
 
-def _arena(given: Any) -> Any:
+def _arena(given: Any, to: str) -> Any:
     """An [arena] of what `World` takes for one."""
     if isinstance(given, int | float):
         return {"diameter_m": given}
@@ -555,24 +559,24 @@ def _arena(given: Any) -> Any:
             "(width, height) in metres, a diameter, a polygon's corners, or a dict with the keys "
             "of [arena]"
         )
-        raise InputError(f"World: arena is {given!r}; it must be {what}")
+        raise InputError(f"{to}: arena is {given!r}; it must be {what}")
     return given
 
 
 def _origin(
     tables: dict[str, Any], settings: list[Setting], source: str = "World"
 ) -> ExperimentText:
-    return ExperimentText(source, _beside(), _plain(tables), "", settings)
+    return ExperimentText(source, _beside(), plain(tables), "", settings)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """As TOML would have it: lists, Python's own numbers, text."""
     if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Path):
         return str(value)
     if isinstance(value, Iterable) and not isinstance(value, str):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     return value

@@ -8,10 +8,12 @@ import contextlib
 import os
 import re
 import signal
+import sys
+import types
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Protocol
 
 from kilotwin import _emulator
@@ -54,11 +56,9 @@ class Processes:
     @contextlib.contextmanager
     def open(self) -> Iterator[Executor]:
         """A pool whose processes end at once when it is left, or this one dies."""
-        # Workers fork: without threads, and with little memory taken in advance.
-        os.environ.update(confinement.SINGLE_THREADED)
         # Spawned, not forked: a child of ours must not hold our threads' locks.
         pool = ProcessPoolExecutor(
-            self.number, get_context("spawn"), initializer=_serve, initargs=(os.getpid(),)
+            self.number, _Context(), initializer=_serve, initargs=(os.getpid(),)
         )
         try:
             yield pool
@@ -67,6 +67,28 @@ class Processes:
             pool.shutdown(wait=False, cancel_futures=True)
             for process in processes:
                 process.kill()
+
+
+class _Worker(SpawnProcess):
+    """Forks later: so it has no threads, and takes little memory in advance. It loads our modules
+    alone: a user's script would be executed again."""
+
+    def start(self) -> None:
+        """Begins it in such surroundings."""
+        main, before = sys.modules["__main__"], dict(os.environ)
+        sys.modules["__main__"] = types.ModuleType("__main__")
+        os.environ.update(confinement.SINGLE_THREADED)
+        try:
+            super().start()
+        finally:
+            sys.modules["__main__"] = main
+            for name in confinement.SINGLE_THREADED:
+                os.environ.pop(name)
+                os.environ.update({name: before[name]} if name in before else {})
+
+
+class _Context(SpawnContext):
+    Process = _Worker
 
 
 def _serve(parent: int) -> None:

@@ -18,7 +18,7 @@ from kilotwin.errors import KilotwinError, RunError, TimeoutRunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.metrics.values import NO_METRICS, MetricValues
-from kilotwin.runs.causes import causes
+from kilotwin.runs.causes import robots_failed
 from kilotwin.runs.columns import sites_rows, sites_schema
 from kilotwin.runs.reader import Run
 from kilotwin.session import run
@@ -53,7 +53,7 @@ class Rows(Outcome["SeriesWriter", bytes]):
     def answer(self, ran: "Ran[SeriesWriter]") -> bytes:
         """The part; RunError of a program that failed."""
         if ran.summary["robots_failed"]:
-            raise RunError(robots_failed(ran.summary))
+            raise RunError(robots_failed(ran.summary["robots_failed"]))
         writer = ran.trial.writer
         return _part(writer.schema, ran.summary, writer.batches)
 
@@ -89,7 +89,7 @@ class Apart:
         if outcome.timed_out:
             return Failed(task.stopped_when(outcome.summary), True, folder)
         if outcome.exit_code != 0:
-            return Failed(robots_failed(outcome.summary), folder=folder)
+            return Failed(robots_failed(outcome.summary["robots_failed"]), folder=folder)
         sites = Run.open(folder).sites().to_batches()
         schema = sites_schema(task.experiment.keys, {})
         part = _part(schema, outcome.summary, sites)
@@ -135,13 +135,6 @@ def is_whole(content: bytes, schema: pa.Schema) -> bool:
         return has_all and bool(table.schema.equals(schema))
     except (pa.ArrowException, OSError, TypeError, KeyError, ValueError):
         return False
-
-
-def robots_failed(summary: dict[str, Any]) -> str:
-    """The first cause of robots' failures, and how many more there are."""
-    found = causes(summary["robots_failed"])
-    more = f"; and {len(found) - 1} other causes" if len(found) > 1 else ""
-    return found[0].text("robot") + more
 
 
 class SeriesWriter:
