@@ -21,6 +21,8 @@ from kilotwin.studies.pool.task import Answer, Failed, Task
 _SERIES_S = 0.5
 """About how much CPU time a series takes, and so what a kill costs at most."""
 _SERIES_MOST = 100
+_SERIES_LEAST_S = 0.025
+"""A shorter series is not worth a fork of its own, however few trials are left."""
 _BROKEN_MOST = 20
 _WAITING_PER_WORKER = 3
 _WORKERS_UNKNOWN = 64
@@ -70,7 +72,7 @@ class Pool:
         """The length of a series at most while so many trials are left, so that no worker has none
         while another has many."""
         workers = self._workers or _WORKERS_UNKNOWN
-        return max(1, min(_SERIES_MOST, math.ceil(left / (4 * workers))))
+        return max(1, min(_SERIES_MOST, math.ceil(left / (2 * workers))))
 
     def submit(self, work: Callable[..., Any], *of: Any) -> "Future[Any]":
         """Hands out a piece of work. BrokenExecutor if a worker has died."""
@@ -144,7 +146,7 @@ class _Batch:
         queue = self._waiting[first]
         most, takes_s = self._pool.share(self._left), 0.0
         series: list[int] = []
-        while queue and len(series) < most and takes_s < _SERIES_S:
+        while queue and (len(series) < most or takes_s < _SERIES_LEAST_S) and takes_s < _SERIES_S:
             series.append(queue.popleft())
             takes_s += cpu_s_of(self._tasks[series[-1]].experiment)
         self._left -= len(series)

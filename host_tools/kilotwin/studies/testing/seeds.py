@@ -1,6 +1,11 @@
-"""A test over seeds: each in a fork of pytest's process, as many at a time as there are cores."""
+"""A test over seeds: each in a fork of pytest's process, as many at a time as there are cores.
+
+A test is a user's Python, which makes worlds of its own and has pytest's fixtures: so it is no
+trial of the pool, which runs experiments alone, but forks as that does.
+"""
 
 import contextlib
+import functools
 import os
 import pickle
 import shutil
@@ -9,10 +14,11 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import pytest
 
+from kilotwin.session.fork import Fork, Say
 from kilotwin.studies.compare.plain_intervals import share_interval
 from kilotwin.studies.testing.plugin import KEPT
 
@@ -80,64 +86,50 @@ def _all(
     """
     cores = len(os.sched_getaffinity(0))
     waiting = list(seeds)
-    running: list[tuple[int, int, int]] = []
-    while waiting or running:
-        while waiting and len(running) < cores:
-            running.append(_begin(item, arguments, waiting.pop(0), timeout_s))
-        yield _end(*running.pop(0))
+    running: list[tuple[int, Fork]] = []
+    try:
+        while waiting or running:
+            while waiting and len(running) < cores:
+                for stream in (sys.stdout, sys.stderr):
+                    stream.flush()  # the fork has no second copy to print
+                test = functools.partial(_test, item, arguments, waiting[0], timeout_s)
+                running.append((waiting.pop(0), Fork(test)))
+            yield _end(*running.pop(0))
+    finally:
+        for _, fork in running:
+            fork.end(at_once=True)
 
 
-def _begin(
-    item: pytest.Function, arguments: dict[str, object], seed: int, timeout_s: float
-) -> tuple[int, int, int]:
-    receive, send = os.pipe()
-    for stream in (sys.stdout, sys.stderr):
-        stream.flush()
-    child = os.fork()
-    if child == 0:
-        os.close(receive)
-        _be_test(item, arguments, seed, send, timeout_s)
-    os.close(send)
-    return seed, child, receive
-
-
-def _be_test(
-    item: pytest.Function, arguments: dict[str, object], seed: int, send: int, timeout_s: float
-) -> NoReturn:
-    """In the child: the test itself, what it said, and no more of pytest."""
+def _test(
+    item: pytest.Function, arguments: dict[str, object], seed: int, timeout_s: float, say: Say
+) -> None:
+    """In the fork: the test itself, what it said, and no more of pytest."""
     ran = _Ran(seed)
-    code = 1
-    with contextlib.suppress(BaseException):
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.setitimer(signal.ITIMER_REAL, timeout_s)
-        used: Any = item.funcargs["kilotwin"]
-        used.seed = seed
-        try:
-            item.obj(**arguments)
-        except pytest.skip.Exception as skipped:
-            ran.skipped = str(skipped) or "skipped"
-        except BaseException:
-            error = pytest.ExceptionInfo.from_current()
-            error.traceback = error.traceback.cut(path=item.path) or error.traceback
-            ran.said = str(error.getrepr(style="short")) or "it failed"
-            ran.kept = used.keep(item.name)
-        left = memoryview(pickle.dumps(ran))
-        while left:
-            left = left[os.write(send, left) :]
-        code = 0
-    os._exit(code)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_REAL, timeout_s)
+    used: Any = item.funcargs["kilotwin"]
+    used.seed = seed
+    try:
+        item.obj(**arguments)
+    except pytest.skip.Exception as skipped:
+        ran.skipped = str(skipped) or "skipped"
+    except BaseException:
+        error = pytest.ExceptionInfo.from_current()
+        error.traceback = error.traceback.cut(path=item.path) or error.traceback
+        ran.said = str(error.getrepr(style="short")) or "it failed"
+        ran.kept = used.keep(item.name)
+    say(pickle.dumps(ran))
 
 
-def _end(seed: int, child: int, receive: int) -> _Ran:
-    with os.fdopen(receive, "rb") as pipe:
-        said = pipe.read()
-    _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status):
-        name = signal.Signals(os.WTERMSIG(status)).name
+def _end(seed: int, fork: Fork) -> _Ran:
+    said = fork.said()
+    ended = fork.end()
+    if ended.signal is not None:
+        name = ended.signal.name
         why = "it took too long" if name == "SIGALRM" else f"its process was ended by {name}"
         return _Ran(seed, why)
     with contextlib.suppress(Exception):
-        ran = pickle.loads(said)
+        ran = pickle.loads(said or b"")
         if isinstance(ran, _Ran):
             return ran
     return _Ran(seed, "its process ended without a result")
