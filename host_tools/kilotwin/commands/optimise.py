@@ -1,5 +1,6 @@
 """`kilotwin optimise`: the best values of some keys of an experiment."""
 
+import contextlib
 import json
 from enum import StrEnum
 from pathlib import Path
@@ -54,6 +55,13 @@ class Sampler(StrEnum):
     random = "random"
 
 
+class By(StrEnum):
+    """What searches."""
+
+    optuna = "optuna"
+    irace = "irace"
+
+
 def laboratory_of(
     file: Path,
     settings: list[str] | None,
@@ -82,7 +90,9 @@ def tell(laboratory: Laboratory, found: Any, as_json: bool) -> None:
     "  kilotwin optimise my.toml --over controller.beta=1..4 --over controller.update_s=1..10 "
     "--metric error --goal min --points 40\n\n"
     "  kilotwin optimise my.toml --over x=1..4 --metric speed --goal max --metric messages "
-    "--goal min"
+    "--goal min\n\n"
+    "  kilotwin optimise my.toml --with irace --over controller.beta=1..4 --metric error "
+    "--goal min --points 100"
 )
 def optimise(
     file: Annotated[Path, typer.Argument(metavar="EXPERIMENT", help="The experiment.")],
@@ -96,6 +106,14 @@ def optimise(
         list[Goal] | None,
         typer.Option(help="max or min, one for each metric."),
     ] = None,
+    by: Annotated[
+        By,
+        typer.Option(
+            "--with",
+            help="What searches. irace races points over seeds, with points x repeats trials in "
+            "all; it is r-cran-irace of Debian.",
+        ),
+    ] = By.optuna,
     points: Annotated[int, typer.Option(min=1, max=100_000, help="To try.")] = 40,
     repeats: Repeats = 3,
     batch: Annotated[
@@ -155,7 +173,13 @@ def optimise(
     laboratory = laboratory_of(
         file, settings, names, place, trial_timeout=trial_timeout, quiet=quiet
     )
-    laboratory.open(out, "optimise")
-    found = found_by.optimise(search, laboratory, laboratory.display.note)
+    laboratory.open(out, "irace" if by is By.irace else "optimise")
+    with contextlib.closing(laboratory):
+        if by is By.irace:
+            from kilotwin.studies.search.irace import race
+
+            found = race(search, laboratory, laboratory.display.note)
+        else:
+            found = found_by.optimise(search, laboratory, laboratory.display.note)
     tell(laboratory, found, as_json)
     raise typer.Exit(0 if found.front else 1)

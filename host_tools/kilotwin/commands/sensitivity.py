@@ -1,5 +1,6 @@
 """`kilotwin sensitivity`: which keys of an experiment matter for a metric."""
 
+import contextlib
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -75,13 +76,14 @@ def sensitivity(
     laboratory.open(out, "sensitivity")
     from kilotwin.studies.search import sensitivity as module
 
-    found = module.sensitivity(
-        axes,
-        metric,
-        laboratory,
-        method=method.value,
-        samples=samples,
-        repeats=repeats,
-        seed=search_seed,
-    )
+    with contextlib.closing(laboratory):
+        found = module.sensitivity(
+            axes,
+            metric,
+            laboratory,
+            method=method.value,
+            samples=samples,
+            repeats=repeats,
+            seed=search_seed,
+        )
     tell(laboratory, found, as_json)

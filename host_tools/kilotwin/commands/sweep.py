@@ -21,6 +21,7 @@ from kilotwin.errors import InputError
 from kilotwin.files import confinement
 from kilotwin.files.plain_text import plain
 from kilotwin.programs.port.twin import chosen
+from kilotwin.studies.pool.pool import Pool
 from kilotwin.studies.sweep.plan import read_plan
 from kilotwin.studies.sweep.report import listing_text, summary_text
 from kilotwin.studies.sweep.runner import Sweep, default_folder
@@ -130,7 +131,8 @@ def sweep(
         )
     display.note(estimate.text(place))
     with prepared.data.held():
-        prepared.run(place, display, twin)
+        with Pool(place) as pool:
+            prepared.run(pool, display, twin)
         summary = prepared.summary(prepared.finish())
     typer.echo(json.dumps(summary) if as_json else plain(summary_text(summary)))
     raise typer.Exit(prepared.exit_code)

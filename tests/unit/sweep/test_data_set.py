@@ -17,6 +17,7 @@ from kilotwin.errors import InputError, RunError
 from kilotwin.files import resources
 from kilotwin.runs.columns import Records
 from kilotwin.studies.pool.places import Dask, Processes
+from kilotwin.studies.pool.pool import Pool
 from kilotwin.studies.pool.series import engine_sha256
 from kilotwin.studies.pool.task import Answer, Done, Failed, Task
 from kilotwin.studies.sweep.conditions import Condition, Conditions, Ending
@@ -491,7 +492,7 @@ def test_a_sweep_shows_how_many_trials_are_done_and_failed_and_how_long_the_othe
     sweep.data.add(sweep.keys[0], measured(plan, 0)[1])
     sweep = Sweep.prepare(plan, tmp_path / "out", lambda _: None)
     shown = Shown()
-    sweep.run(Answers(plan, sweep), shown)
+    sweep.run(Pool(Answers(plan, sweep)), shown)
     assert shown.began == (4, 1)
     counts = [(done, failed) for done, failed, _ in shown.steps]
     assert counts[-1] == (3, 1)

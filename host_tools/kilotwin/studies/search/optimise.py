@@ -141,7 +141,7 @@ def optimise(search: Search, laboratory: Laboratory, note: Callable[[str], None]
         tried,
         front,
         _importance(search, study),
-        _confirm(search, front[0].point, laboratory) if front and search.confirm else None,
+        confirm(search, front[0].point, laboratory) if front and search.confirm else None,
         laboratory.trials,
     )
 
@@ -253,7 +253,7 @@ def _importance(search: Search, study: Any) -> dict[str, float]:
     return {key: float(value) for key, value in found.items()}
 
 
-def _confirm(search: Search, best: Point, laboratory: Laboratory) -> Confirmed | None:
+def confirm(search: Search, best: Point, laboratory: Laboratory) -> Confirmed | None:
     """The best of many is partly luck: both are run with seeds that the search has not used."""
     first = search.repeats + 1
     seeds = range(first, first + search.confirm)

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.runs.folder import slug
 from kilotwin.studies.pool.places import Place
+from kilotwin.studies.pool.pool import Pool
 from kilotwin.studies.search.space import Point, settings_of
 from kilotwin.studies.sweep.measure import RESULT, table_of
 from kilotwin.studies.sweep.plan import Plan, SweepSchema, Trial
@@ -37,7 +38,11 @@ class Laboratory:
     _trials: dict[tuple[str, int], Trial] = field(default_factory=dict)
     _found: dict[tuple[str, int], Values | None] = field(default_factory=dict)
     _text: str = ""
+    _pool: Pool = field(init=False)
     _duration_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._pool = Pool(self.place)
 
     def open(self, folder: Path | None, what: str) -> None:
         """Reads the experiment; the data set is in `folder`, or in runs/WHAT-NAME.
@@ -71,10 +76,32 @@ class Laboratory:
         interrupted; what was run is kept.
         """
         seeds = list(seeds)
-        wanted = [[self._add(point, seed, share) for seed in seeds] for point in points]
-        if any(key not in self._found for row in wanted for key in row):
-            self._run()
-        return [[self._found[key] for key in row] for row in wanted]
+        found = iter(self.measure_each([(one, seed) for one in points for seed in seeds], share))
+        return [[next(found) for _ in seeds] for _ in points]
+
+    def measure_each(
+        self, wanted: Iterable[tuple[Point, int]], share: float = 1.0
+    ) -> list[Values | None]:
+        """The same of points with a seed each."""
+        keys = [self._add(point, seed, share) for point, seed in wanted]
+        if new := [key for key in dict.fromkeys(keys) if key not in self._found]:
+            self._run(new)
+        return [self._found[key] for key in keys]
+
+    def make_folder(self) -> None:
+        """Makes the data set's folder, for what else is to stand in it."""
+        sweep = self._sweep([])
+        with sweep.data.held():
+            sweep.data.begin(sweep.plan, sweep.keys)
+
+    def close(self) -> None:
+        """Writes the tables of all trials, which are no part of the search; ends the workers."""
+        self._pool.close()
+        if self._found:
+            sweep = self._sweep([self._trials[key] for key in self._found])
+            with sweep.data.held():
+                sweep.data.begin(sweep.plan, sweep.keys)
+                sweep.finish()
 
     def _add(self, point: Point, seed: int, share: float) -> tuple[str, int]:
         if share < 1:
@@ -88,22 +115,26 @@ class Laboratory:
             self._trials[key] = Trial(index, self.file.stem, seed, point, experiment)
         return key
 
-    def _run(self) -> None:
-        trials = list(self._trials.values())
-        schema = SweepSchema(
-            name=self.folder.name, base=[self.file.name], trial_timeout_s=self.trial_timeout_s
-        )
-        plan = Plan(schema, self._text, ExperimentText(str(self.file), Path(), {}, "", []), trials)
-        sweep = Sweep.prepare(plan, self.folder, self.display.note)
+    def _run(self, wanted: Sequence[tuple[str, int]]) -> None:
+        """Those trials alone: a search of many batches would look at all others in each."""
+        sweep = self._sweep([self._trials[key] for key in wanted])
         if sweep.missing():
             with sweep.data.held():
-                sweep.run(self.place, self.display)
-                sweep.finish()
+                sweep.run(self._pool, self.display)
             if sweep.interrupted:
                 what = f"interrupted; the same command goes on from here ({self.folder})"
                 raise InterruptError(what)
-        for key, part in zip(self._trials, sweep.keys, strict=True):
+        for key, part in zip(wanted, sweep.keys, strict=True):
             self._found[key] = self._values(sweep, part)
+
+    def _sweep(self, trials: Sequence[Trial]) -> Sweep:
+        indexed = [replace(trial, index=index) for index, trial in enumerate(trials)]
+        schema = SweepSchema(
+            name=self.folder.name, base=[self.file.name], trial_timeout_s=self.trial_timeout_s
+        )
+        origin = ExperimentText(str(self.file), Path(), {}, "", [])
+        plan = Plan(schema, self._text, origin, indexed)
+        return Sweep.prepare(plan, self.folder, self.display.note)
 
     def _values(self, sweep: Sweep, key: str) -> Values | None:
         stream = sweep.data.parts.read(key) if key in sweep.there else None

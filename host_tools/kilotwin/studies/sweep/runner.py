@@ -147,7 +147,7 @@ class Sweep:
             measured is not None,
         )
 
-    def run(self, place: Place, display: Display, twin: Mode = "off") -> None:
+    def run(self, pool: Pool, display: Display, twin: Mode = "off") -> None:
         """Runs what is missing; a failed trial once more.
 
         Ctrl-C, or a polite kill, loses what is being run only.
@@ -159,7 +159,7 @@ class Sweep:
         display.start(total, total - len(missing))
         progress = _Progress(display, missing, total)
         try:
-            with heeding_interrupts(signal.default_int_handler), Pool(place) as pool:
+            with heeding_interrupts(signal.default_int_handler):
                 for index, answer in pool.answers(self._tasks(missing), self._again(missing)):
                     self._take(*missing[index], answer, progress)
         except KeyboardInterrupt:
