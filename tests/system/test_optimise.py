@@ -1,6 +1,7 @@
 """`kilotwin optimise` and `sensitivity`: what they find, and that a kill changes nothing."""
 
 import json
+import shutil
 import signal
 import subprocess
 import time
@@ -155,3 +156,22 @@ def test_the_optimum_of_a_grid_is_found_with_a_tenth_of_its_trials(
     found = json.loads(kilotwin("optimise", experiment, *OVER, *goal, *words).stdout)
     assert found["trials"] <= len(trials) / 10
     assert found["best"][0]["means"][0] > best - 50
+
+
+@pytest.mark.long
+@pytest.mark.skipif(shutil.which("Rscript") is None, reason="irace is not here")
+def test_irace_finds_the_top_and_a_second_time_runs_no_trial(
+    kilotwin: Kilotwin, experiment: Path, tmp_path: Path
+) -> None:
+    goal = ("--metric", "score", "--goal", "max", "--points", "60", "--repeats", "3")
+    words = ["optimise", experiment, "--with", "irace", *OVER, *goal, "--confirm", "3", "-q"]
+    out = ("--json", "-j", "2", "--out", tmp_path / "out")
+    found = json.loads(kilotwin(*words, *out).stdout)
+    best = found["best"][0]
+    assert abs(best["point"]["light.ambient"] - 700) < 100
+    assert abs(best["point"]["temperature"] - 250) < 100
+    assert found["confirmed"]["best"]["value"] > found["confirmed"]["as_it_is"]["value"]
+    assert pq.read_table(tmp_path / "out/trials.parquet").num_rows == found["trials"]
+    before = (tmp_path / "out/parts").read_bytes()
+    assert json.loads(kilotwin(*words, *out).stdout) == found
+    assert (tmp_path / "out/parts").read_bytes() == before

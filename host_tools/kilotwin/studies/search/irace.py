@@ -51,7 +51,7 @@ ask <- function(experiments, exec.target.runner, scenario, target.runner) {
   flush(stdout())
   costs <- readLines(told, n = length(experiments))
   if (length(costs) < length(experiments)) quit(status = 1)
-  lapply(as.numeric(costs), function(cost) list(cost = cost))
+  lapply(as.numeric(costs), function(cost) list(cost = cost, time = NA_real_))
 }
 
 scenario <- readScenario(filename = "scenario.txt", scenario = list(targetRunnerParallel = ask))
@@ -192,17 +192,14 @@ def _costs(
 ) -> list[float]:
     """The cost of each trial; `values` gets the metric of each point's."""
     (goal,) = search.goals
+    sign = 1 if goal.direction == "min" else -1
     costs = []
     for (point, _), found in zip(asked, laboratory.measure_each(asked), strict=True):
         value = None if found is None else found[goal.metric]
         number = math.nan if value is None else value
         values.setdefault(repr(point), (point, []))[1].append(number)
-        costs.append(math.inf if math.isnan(number) else number * _sign(search))
-    return [math.inf if math.isinf(cost) else cost for cost in costs]
-
-
-def _sign(search: Search) -> int:
-    return 1 if search.goals[0].direction == "min" else -1
+        costs.append(math.inf if math.isnan(number) else number * sign)
+    return costs
 
 
 def _found(
