@@ -152,6 +152,7 @@ class Trial(Generic[WriterT]):
             folder.before_event = lambda: None  # what robots do from now on is no part of it
         for companion in self._companions:
             companion.close()
+        self._companions = []  # some know this trial, whose engine would wait for Python to collect
 
     def _check_probes(self) -> None:
         probes, size = self._job.probes, self._job.experiment.size

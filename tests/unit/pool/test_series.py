@@ -2,9 +2,11 @@
 own; whatever brings a fork down costs one trial."""
 
 import contextlib
+import gc
 import json
 import os
 import threading
+import weakref
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,8 +20,9 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement
 from kilotwin.session.black_box import BlackBox, Watch
 from kilotwin.session.fork import Ended
+from kilotwin.session.trial import Trial
 from kilotwin.studies.pool import helper, series
-from kilotwin.studies.pool.built import Builder
+from kilotwin.studies.pool.built import Builder, built_for
 from kilotwin.studies.pool.series import run_series
 from kilotwin.studies.pool.task import Answer, Done, Failed, Task
 from kilotwin.studies.sweep.measure import RESULT, RESULT_KEYS, Apart, Rows, is_whole, part_of
@@ -97,6 +100,22 @@ def test_trials_of_the_same_programs_share_a_fork_and_others_do_not(
     other = replace(one, programs=("other",))
     run_series([one, one, one, other, other])
     assert len(forks) == 2
+
+
+def test_a_trial_that_is_closed_lets_its_engine_go_at_once(tmp_path: Path) -> None:
+    one = task(tmp_path)
+    gc.disable()
+    try:
+        with BlackBox.made() as box:
+            job = built_for(one).job(one.experiment, box.path, covered=False)
+            trial = Trial(job, lambda _: None, lambda: one.outcome.writer(one.experiment))
+            assert trial.run(lambda: False)
+            trial.close()
+            kept = weakref.ref(trial)
+            del trial
+            assert kept() is None
+    finally:
+        gc.enable()
 
 
 def test_a_trial_past_its_time_says_so(tmp_path: Path) -> None:

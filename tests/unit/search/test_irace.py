@@ -115,7 +115,7 @@ def rscript(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         import pathlib, sys
 
         assert pathlib.Path("parameters.txt").read_text().endswith('x\\t""\\tr (-2, 4)\\n')
-        print("# Iteration 1 of 1")
+        print("# 2026-11-29 01:59:35 UTC: Iteration 1 of 1")
         print("@ask 3\\n@1\\t5\\tx=1\\n@2\\t5\\tx=-1\\n@1\\t6\\tx=1", flush=True)
         costs = [sys.stdin.readline().strip() for _ in range(3)]
         print("costs", *costs)

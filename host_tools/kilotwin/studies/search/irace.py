@@ -34,6 +34,7 @@ _SCRIPT = "race.R"
 _DIGITS = 6
 # An experiment is the one instance of a race; each trial of it has a seed by irace.
 _INSTANCE = "experiment"
+_ITERATION = re.compile(r"[Ii]teration \d+ of \d+")
 _NO_NAME = re.compile(r"[^A-Za-z0-9_.]")
 
 PROGRAM = """\
@@ -159,8 +160,8 @@ def race(search: Search, laboratory: Laboratory, note: Callable[[str], None]) ->
                 elites.append(made.point(line.removeprefix("@elite ").split("\t")))
             else:
                 said.append(line)
-                if line.startswith("# Iteration"):
-                    note(f"irace: {line.removeprefix('# ')}; {laboratory.trials} trials so far")
+                if iteration := _ITERATION.search(line):
+                    note(f"irace: {iteration[0]}; {laboratory.trials} trials so far")
         code = process.wait()
     (made.folder / "irace.log").write_text("\n".join(said) + "\n")
     if code != 0 or not elites:
