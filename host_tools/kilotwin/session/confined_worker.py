@@ -37,10 +37,7 @@ def confine_worker(job: Job) -> dict[str, Any]:
     """
     if why := unconfined_because(job.experiment):
         return {"confined": False, "not_confined": [why]}
-    required = confinement.mode() == "require"
-    missing = _emulator.lacking_layers()
-    if required and missing:
-        raise RunError(f"--confine=require: {missing[0]}; use a newer kernel, or leave it out")
+    missing = _check_kernel()
     load_libraries(job.experiment)
     if job.viewers or job.acts:
         import kilotwin.session.live
@@ -87,8 +84,9 @@ def load_libraries(experiment: Experiment) -> None:
 
 def confine_trials(jobs: Sequence[Job]) -> None:
     """Confines this process, a fork that does nothing but trials of the same programs: it may write
-    no file. What the kernel lacks is left out.
+    no file. What the kernel lacks is left out; RunError if it is required.
     """
+    _check_kernel()
     first = jobs[0]
     symbols = [file for file in first.symbols if file is not None]  # metrics read variables by them
     confine_process(
@@ -96,6 +94,14 @@ def confine_trials(jobs: Sequence[Job]) -> None:
         readable=[*map(Path, first.all_guests), *symbols],
         writable=_black_box_of(first),
     )
+
+
+def _check_kernel() -> list[str]:
+    """The layers that the kernel lacks; RunError if there are any, and all are required."""
+    missing = _emulator.lacking_layers()
+    if confinement.mode() == "require" and missing:
+        raise RunError(f"--confine=require: {missing[0]}; use a newer kernel, or leave it out")
+    return missing
 
 
 def _black_box_of(job: Job) -> list[Path]:

@@ -137,6 +137,32 @@ def test_trials_are_confined_unless_they_are_trusted_where_their_study_begins(
     assert not series.is_confined(one)
 
 
+def test_where_confinement_is_required_a_metrics_function_is_confined_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mine.py").write_text("def one(sample):\n    return 1.0\n")
+    file = tmp_path / "mine.toml"
+    text = TEXT.format(root=ROOT, duration_s=5)
+    file.write_text(f'{text}[metric.mine]\nfunction = "mine.py:one"\n')
+    tasks = [task_of(file, seed) for seed in range(2)]
+    assert not series.is_confined(tasks[0])
+    free = [part(answer) for answer in run_series(tasks)]
+    monkeypatch.setenv(confinement.VARIABLE, "require")
+    assert series.is_confined(tasks[0])
+    forks = counted_forks(monkeypatch)
+    assert [part(answer) for answer in run_series(tasks)] == free
+    assert len(forks) == 2
+
+
+def test_what_the_kernel_lacks_is_a_failed_trial_where_it_is_required(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("kilotwin._emulator.lacking_layers", lambda: ["no Landlock"])
+    assert isinstance(run_series([task(tmp_path)])[0], Done)
+    monkeypatch.setenv(confinement.VARIABLE, "require")
+    assert "--confine=require: no Landlock" in reason(run_series([task(tmp_path)])[0])
+
+
 @contextlib.contextmanager
 def another_thread() -> Iterator[None]:
     ends = threading.Event()

@@ -24,6 +24,7 @@ import numpy.ma  # noqa: F401 (numpy loads it at its first use, which would be i
 
 from kilotwin import _emulator
 from kilotwin.errors import KilotwinError
+from kilotwin.files import confinement
 from kilotwin.session.black_box import BlackBox, Watch
 from kilotwin.session.confined_worker import confine_trials, load_libraries, unconfined_because
 from kilotwin.session.fork import Ended, Fork, Say
@@ -63,7 +64,8 @@ def run_series(tasks: Sequence[Task[T]]) -> list[Answer[T]]:
 def is_confined(task: Task[Any]) -> bool:
     """Whether its programs are held off from what is the user's."""
     experiment = task.experiment
-    return not (task.trusted or unconfined_because(experiment) or experiment.functions)
+    free = experiment.functions and confinement.mode() != "require"
+    return not (task.trusted or unconfined_because(experiment) or free)
 
 
 def _in_one_fork(tasks: Sequence[Task[T]]) -> list[Answer[T]]:
@@ -94,12 +96,14 @@ def _in_one_fork(tasks: Sequence[Task[T]]) -> list[Answer[T]]:
 
 
 def _alike(task: Task[Any], first: Task[Any]) -> bool:
-    """Whether they may share a process: a program can harm trials of its own programs only."""
+    """Whether they may share a process: a program can harm trials of its own programs only. A
+    user's Python is loaded for each trial, which a confined process cannot do again."""
 
     def kind(one: Task[Any]) -> tuple[Any, ...]:
         return tuple(one.programs), one.covered, one.sanitized, is_confined(one)
 
-    return kind(task) == kind(first)
+    own_python = first.experiment.environment is not None or bool(first.experiment.functions)
+    return task is first or (kind(task) == kind(first) and not (own_python and is_confined(first)))
 
 
 def _work(tasks: Sequence[Task[Any]], built: Built, box: BlackBox, say: Say) -> None:

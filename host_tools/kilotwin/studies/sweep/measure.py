@@ -1,8 +1,7 @@
 """The part of a sweep's data set that comes of one trial, and its second try.
 
 A trial that fails is run once more as `kilotwin run` would, in a process of its own and into a run
-folder, so that it leaves something to look at. So does each trial where confinement is required,
-which is then held to it by the run's worker.
+folder, so that it leaves something to look at.
 """
 
 import json
