@@ -24,11 +24,14 @@ _ENDING_S = 30.0
 
 
 def lead_ticks(experiment: Experiment) -> int:
-    """How long before 0 the world must begin for the set-up to be done."""
+    """How long before 0 the world must begin: robots have been on for `swarm.on_s`, and the set-up
+    of a grid must be done."""
+    on_ticks = ticks(experiment.keys.swarm.on_s or 0.0)
     plan = experiment.plan
-    assert plan is not None
+    if plan is None:
+        return on_ticks
     step_s = experiment.keys.engine.step_ticks * TICK_S
-    return ticks(set_up_s(plan, len(config_differences(experiment)), step_s))
+    return max(on_ticks, ticks(set_up_s(plan, len(config_differences(experiment)), step_s)))
 
 
 class EmulatedHost(Companion):

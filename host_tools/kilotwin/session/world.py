@@ -164,7 +164,7 @@ class World:
             sample_ticks=_NEVER_TICKS,
             black_box=None,
             module_guest="" if modules is None else str(modules.file),
-            lead_ticks=0 if modules is None else lead_ticks(self._experiment),
+            lead_ticks=lead_ticks(self._experiment),
         )
         try:
             simulation = _emulator.Simulation(spec)

@@ -31,6 +31,7 @@ class Ran:
     crashes: tuple[Failure, ...] = ()
     busy_waits: tuple[Failure, ...] = ()
     undefined: tuple[Failure, ...] = ()
+    mistakes: tuple[Failure, ...] = ()
     rates: tuple[float, ...] = ()
     trouble: str = ""
     timed_out: bool = False
@@ -39,6 +40,9 @@ class Ran:
     """The uid of each robot, by its index."""
     marks: Sequence[Marks] = ()
     """The marks of each group's program, where that is asked for."""
+    led_changes: Sequence[tuple[int, int]] = ()
+    """LED bytes before and after, of each pair that a robot showed in samples one after the
+    other, where that is asked for."""
 
 
 class Seen(Outcome[Looks, Ran]):
@@ -59,9 +63,11 @@ class Seen(Outcome[Looks, Ran]):
             "crashes": [vars(one) for one in (*looks.crashes, *_modules(summary))],
             "busy_waits": [vars(one) for one in looks.busy_waits],
             "undefined": [vars(one) for one in looks.undefined],
+            "mistakes": [vars(one) for one in looks.mistakes],
             "rates": _rates(experiment, ran),
             "result_hash": summary["result_hash"],
             "marks": marks_of_all(ran.job.all_guests) if ran.job.covered else [],
+            "led_changes": sorted(looks.led_changes),
         }
         return json.dumps(told).encode()
 
@@ -81,10 +87,12 @@ class Seen(Outcome[Looks, Ran]):
             tuple(map(Failure.understood, told["crashes"])),
             tuple(map(Failure.understood, told["busy_waits"])),
             tuple(map(Failure.understood, told["undefined"])),
+            tuple(map(Failure.understood, told["mistakes"])),
             tuple(map(float, told["rates"])),
             result_hash=str(told["result_hash"]),
             uids=experiment.uids,
             marks=understood(told["marks"]),
+            led_changes=tuple((int(before), int(after)) for before, after in told["led_changes"]),
         )
 
 

@@ -1,0 +1,135 @@
+"""A hunt put together: the experiment, its programs, and the search in them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from kilotwin import _emulator
+from kilotwin.errors import InputError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.schema.hunt import Hunt
+from kilotwin.experiment.spec.engine import engine_spec
+from kilotwin.experiment.text import ExperimentText, Setting
+from kilotwin.programs.cache import Notify
+from kilotwin.programs.native.sanitizer import SANITIZED, check_sanitized
+from kilotwin.runs.folder import slug
+from kilotwin.studies.hunt.folder import opened
+from kilotwin.studies.hunt.moves import Ground
+from kilotwin.studies.hunt.search import Search, quiet_of
+from kilotwin.studies.hunt.shrink import Whole
+from kilotwin.studies.hunt.trial import Build, Laboratory
+from kilotwin.studies.hunt.variation import Base, Pose
+
+_POSE_DIGITS = 5
+
+
+@dataclass(frozen=True)
+class Quarry:
+    """What is hunted: the tables with what is looked for in each trial, and the experiment."""
+
+    base: Base
+    experiment: Experiment
+    origin: ExperimentText
+
+
+def quarry(file: Path, settings: list[Setting]) -> Quarry:
+    """InputError for what cannot be hunted."""
+    origin = ExperimentText.read(file, settings)
+    given = Experiment.of(origin)
+    if given.environment is not None:
+        where = given.origin.where(("environment",))
+        raise InputError(f"{where}: a program outside has its own chance; hunt without it")
+    hunt = given.keys.hunt or Hunt()
+    kept = [
+        (row, expect)
+        for row, expect in zip(origin.raw.get("expect", []), given.keys.expect, strict=True)
+        if expect.share is None
+    ]
+    rows = [{key: it for key, it in row.items() if key != "runs"} for row, _ in kept]
+    if hunt.mistakes and all(expect.no_mistake is None for _, expect in kept):
+        rows.append({"no_mistake": True})
+    if not rows:
+        rows.append({"no_crash": True})
+    tables = {**origin.raw, "expect": rows}
+    text = ExperimentText(origin.source, origin.folder, tables, "", [])
+    experiment = Experiment.of(text)
+    counts = tuple(group.count for group in experiment.groups)
+    return Quarry(Base(tables, tuple(experiment.uids), counts), experiment, text)
+
+
+def prepared(
+    file: Path,
+    settings: list[Setting],
+    folder: Path | None,
+    seed: int,
+    *,
+    timeout_s: float,
+    note: Notify,
+) -> Search:
+    """Builds the programs and opens the folder, runs/hunt-NAME if None is given."""
+    hunted = quarry(file, settings)
+    experiment = hunted.experiment
+    keys = experiment.keys
+    folder = folder or Path("runs") / f"hunt-{slug(keys.name)}"
+    hunt = keys.hunt or Hunt()
+    state = opened(folder, _identity(hunted), seed)
+    builds = [Build.of(experiment, "plain", note)]
+    if hunt.undefined and (sanitized := _sanitized(hunted, note)) is not None:
+        builds.append(sanitized)
+    start_poses = _start_poses(builds[0])
+    poses = start_poses(builds[0].experiment) or ()
+    moves = Ground.of(experiment, poses).moves()
+    whole = Whole(experiment.size, keys.duration_s, None, quiet_of(experiment))
+    laboratory = Laboratory(hunted.base, hunted.origin, builds, timeout_s)
+    return Search(laboratory, moves, state, folder, whole, start_poses, note)
+
+
+def _identity(hunted: Quarry) -> str:
+    """Equal for hunts of the same in the same way."""
+    keys = hunted.experiment.keys
+    expects = "\n".join(expect.text() for expect in keys.expect)
+    return f"{hunted.experiment.identity()} {keys.hunt} {expects}"
+
+
+def _sanitized(hunted: Quarry, note: Notify) -> Build | None:
+    """None, with a line, where programs cannot be looked at so."""
+    origin = hunted.origin
+    try:
+        text = ExperimentText(origin.source, origin.folder, _copy(hunted), "", [SANITIZED])
+        experiment = Experiment.of(text)
+        check_sanitized(experiment)
+    except InputError as error:
+        note(f"undefined behaviour is not looked for: {error}")
+        return None
+    return Build.of(experiment, "sanitized", note)
+
+
+def _copy(hunted: Quarry) -> dict[str, object]:
+    from kilotwin.studies.hunt.variation import Variation
+
+    return hunted.base.varied(Variation())
+
+
+def _start_poses(build: Build) -> Callable[[Experiment], tuple[Pose, ...] | None]:
+    """Where robots of an experiment begin. No program is loaded for it."""
+
+    def poses(experiment: Experiment) -> tuple[Pose, ...] | None:
+        built = build.builder.built(experiment)
+        spec = engine_spec(
+            experiment,
+            [str(guest.file) for guest in built.guests],
+            sample_ticks=4,
+            black_box=None,
+            module_guest="" if built.modules is None else str(built.modules.file),
+        )
+        try:
+            seen = _emulator.Simulation(spec, powered=False).snapshot()
+        except _emulator.EngineError:
+            return None
+        rows = zip(*(seen[key][0].tolist() for key in ("x_m", "y_m", "heading_rad")), strict=True)
+        return tuple(
+            (round(x, _POSE_DIGITS), round(y, _POSE_DIGITS), round(turn, _POSE_DIGITS))
+            for x, y, turn in rows
+        )
+
+    return poses
