@@ -442,6 +442,7 @@ SimulationDef definition_of(const nb::dict &from) {
     def.overhead = sites_of(spec["overhead"].as<nb::list>());
     def.faults = robot_faults_of(spec["faults"].as<nb::list>());
     if (!spec["grid"].is_none()) def.grid = grid_of(spec["grid"].table());
+    spec.read("on_ticks", def.on_ticks);
     spec.read("lead_ticks", def.lead_ticks);
     def.light = light_of(spec["light"].table());
     spec.read("battery_h", def.battery_h);

@@ -49,6 +49,11 @@ class alignas(64) Robot {
         prefetch_line(&record_.frames_seen);
     }
 
+    /// Its kilo_ticks go on by so many, as if it had been on for longer.
+    void count_on(uint32_t ticks) {
+        if (ticks > 0) driver().count_on(record_, ticks);
+    }
+
     /// Runs the robot through everything strictly before `until`. Every attempt to send succeeds.
     void run(Cycles until);
 

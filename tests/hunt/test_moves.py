@@ -10,15 +10,16 @@ from kilotwin.experiment.schema.hunt import Hunt
 from kilotwin.studies.hunt.moves import Ground, fresh, mutated
 from kilotwin.studies.hunt.variation import LATE, Variation
 
+ROW = tuple((0.1 * x, 0.0, 0.0) for x in range(5))
 GROUND = Ground(
     hunt=Hunt(),
     size=5,
     duration_s=60.0,
     box=(-0.5, -0.5, 0.5, 0.5),
+    has_room=lambda x, y: math.hypot(x, y) < 0.48,
     radius_m=0.0165,
     range_m=0.1,
-    poses=tuple((0.1 * x, 0.0, 0.0) for x in range(5)),
-    are_placed=False,
+    poses=None,
     fixed_uids=False,
     has_commands=False,
     has_pulses=True,
@@ -73,32 +74,40 @@ def test_what_an_experiment_does_not_have_is_not_varied(
 
 
 def test_crowds_stand_inside_and_clear_of_one_another() -> None:
-    for one in often(GROUND, "starts", 50):
-        assert one.poses is not None
+    crowds = [one for one in often(GROUND, "starts", 50) if one.poses]
+    assert len(crowds) > 40
+    for one in crowds:
         for x, y, turn in one.poses:
-            assert max(abs(x), abs(y)) <= 0.5
+            assert math.hypot(x, y) < 0.48
             assert abs(turn) <= math.pi
         for index, (x, y, _) in enumerate(one.poses):
             for a, b, _ in one.poses[:index]:
                 assert math.hypot(x - a, y - b) >= 2 * GROUND.radius_m
 
 
+def test_a_robot_is_moved_to_where_there_is_room_or_not_at_all() -> None:
+    for one in often(GROUND, "robots moved"):
+        x, y, _ = one.additions[-1].of("pose")
+        assert math.hypot(x, y) < 0.48
+    full = replace(GROUND, has_room=lambda _x, _y: False)
+    assert often(full, "robots moved", 3)[-1] == Variation()
+
+
 def test_a_crowd_that_finds_no_room_is_left_out() -> None:
     tight = replace(GROUND, size=400, box=(-0.1, -0.1, 0.1, 0.1))
-    assert often(tight, "starts", 1)[0].poses is None
+    assert often(tight, "starts", 1)[0].poses == ()
 
 
 def test_robots_with_poses_are_nudged_and_turned() -> None:
-    for one in often(replace(GROUND, are_placed=True), "starts", 20):
-        assert one.poses is not None
-        for (x, y, _), (a, b, _) in zip(one.poses, GROUND.poses, strict=True):
+    for one in often(replace(GROUND, poses=ROW), "starts", 20):
+        assert one.poses
+        for (x, y, _), (a, b, _) in zip(one.poses, ROW, strict=True):
             assert max(abs(x - a), abs(y - b)) <= 0.0031
 
 
 def test_uids_are_all_different_and_odd_ones_come_up() -> None:
     seen = set()
     for one in often(GROUND, "uids"):
-        assert one.uids is not None
         assert len(set(one.uids)) == 5
         seen |= set(one.uids)
     assert {0, 255, 65_535} <= seen

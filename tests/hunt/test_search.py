@@ -45,7 +45,7 @@ class FakeLaboratory:
         return {"swarm": {}, "varied": variation.as_dict()}
 
     def experiment(self, variation: Variation, tier: Tier) -> Any:
-        robots = 4 if variation.robots is None else len(variation.robots)
+        robots = len(variation.robots) or 4
         keys = SimpleNamespace(duration_s=variation.duration_s or 60.0)
         return SimpleNamespace(size=robots, keys=keys, resolved=lambda: {"swarm": {}})
 
@@ -61,9 +61,7 @@ def other_move(chance: random.Random, one: Variation) -> Variation:
 
 def failing(variation: Variation) -> bool:
     """Whether a fault is about a robot that takes part."""
-    return any(
-        variation.robots is None or it.robot in variation.robots for it in variation.additions
-    )
+    return any(not variation.robots or it.robot in variation.robots for it in variation.additions)
 
 
 def search(law: Law, folder: Path, tiers: Sequence[Tier] = ("plain",)) -> Search:
@@ -72,8 +70,7 @@ def search(law: Law, folder: Path, tiers: Sequence[Tier] = ("plain",)) -> Search
         {"loss": some_move, "fails": other_move},
         opened(folder, "it", 1),
         folder,
-        Whole(4, 60.0, None, ()),
-        lambda _: None,
+        Whole(4, 60.0, (), ()),
         print,
     )
 
@@ -133,7 +130,7 @@ def test_what_is_found_on_the_sanitized_tier_says_so(tmp_path: Path) -> None:
 
 def test_an_expectation_is_not_shrunk_to_what_nobody_meets(tmp_path: Path) -> None:
     def law(variation: Variation, tier: Tier) -> Outcome:
-        few = variation.robots is not None and len(variation.robots) < 3
+        few = 0 < len(variation.robots) < 3
         short = variation.duration_s is not None and variation.duration_s < 20
         return Outcome((EXPECTED,) if failing(variation) or few or short else ())
 
@@ -168,7 +165,7 @@ def test_what_shrinks_to_something_known_is_not_found_again(tmp_path: Path) -> N
     lossy = Variation().put(("medium", "loss"), 0.0).add()
     assert not one._is_new(lossy, EXPECTED)
     assert one._is_new(lossy, replace(EXPECTED, expected="other"))
-    assert one._pinned(lossy, "plain", EXPECTED, NOBODY) is None
+    assert one._pinned(lossy, "plain", EXPECTED, (), NOBODY) is None
 
 
 def test_trials_that_are_no_experiment_are_counted_apart(tmp_path: Path) -> None:

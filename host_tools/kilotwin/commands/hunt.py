@@ -27,6 +27,7 @@ from kilotwin.studies.pool.places import Processes
 app = command_app()
 
 _MINUTES = 10.0
+_MOST_FOUND = 1000
 
 
 @app.command(
@@ -87,9 +88,9 @@ def hunt(
         time_s = 60 * _MINUTES
     ends_at = None if time_s is None else time.monotonic() + time_s
     budget = Budget(trials, ends_at)
-    ends = None if first else 10**9
+    most = 1 if first else _MOST_FOUND
     try:
-        report.hunted(search, Processes(processes or cores()), budget, display, ends or 1)
+        report.hunted(search, Processes(processes or cores()), budget, display, most)
     except KeyboardInterrupt:
         typer.echo(plain(report.text(search, file)))
         what = f"interrupted; the same command goes on from here ({search.folder})"

@@ -173,7 +173,7 @@ class Swarm(InformedShares):
     """The uid of the first robot; the others follow it. 1 if left out; see `robots.uids`."""
     on_s: Annotated[float, Field(ge=0, le=86_400)] | None = None
     """How long robots have been on when the run begins, waiting for RUN: as much have their
-    `kilo_ticks` counted. 0 if left out; on a grid, the set-up at least."""
+    `kilo_ticks` counted. 0 if left out. Robots on an ATmega328P wait for it, which takes time."""
     floor: bool
     """Whether the virtual floor sends robots their site, walls and obstacles (message CELL)."""
     start: Literal["uniform"] = "uniform"

@@ -1,14 +1,11 @@
 """A hunt put together: the experiment, its programs, and the search in them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from kilotwin import _emulator
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.hunt import Hunt
-from kilotwin.experiment.spec.engine import engine_spec
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.native.sanitizer import SANITIZED, check_sanitized
@@ -18,9 +15,7 @@ from kilotwin.studies.hunt.moves import Ground
 from kilotwin.studies.hunt.search import Search, quiet_of
 from kilotwin.studies.hunt.shrink import Whole
 from kilotwin.studies.hunt.trial import Build, Laboratory
-from kilotwin.studies.hunt.variation import Base, Pose
-
-_POSE_DIGITS = 5
+from kilotwin.studies.hunt.variation import Base, Variation
 
 
 @dataclass(frozen=True)
@@ -76,12 +71,10 @@ def prepared(
     builds = [Build.of(experiment, "plain", note)]
     if hunt.undefined and (sanitized := _sanitized(hunted, note)) is not None:
         builds.append(sanitized)
-    start_poses = _start_poses(builds[0])
-    poses = start_poses(builds[0].experiment) or ()
-    moves = Ground.of(experiment, poses).moves()
-    whole = Whole(experiment.size, keys.duration_s, None, quiet_of(experiment))
+    moves = Ground.of(experiment).moves()
+    whole = Whole(experiment.size, keys.duration_s, (), quiet_of(experiment))
     laboratory = Laboratory(hunted.base, hunted.origin, builds, timeout_s)
-    return Search(laboratory, moves, state, folder, whole, start_poses, note)
+    return Search(laboratory, moves, state, folder, whole, note)
 
 
 def _identity(hunted: Quarry) -> str:
@@ -105,31 +98,4 @@ def _sanitized(hunted: Quarry, note: Notify) -> Build | None:
 
 
 def _copy(hunted: Quarry) -> dict[str, object]:
-    from kilotwin.studies.hunt.variation import Variation
-
     return hunted.base.varied(Variation())
-
-
-def _start_poses(build: Build) -> Callable[[Experiment], tuple[Pose, ...] | None]:
-    """Where robots of an experiment begin. No program is loaded for it."""
-
-    def poses(experiment: Experiment) -> tuple[Pose, ...] | None:
-        built = build.builder.built(experiment)
-        spec = engine_spec(
-            experiment,
-            [str(guest.file) for guest in built.guests],
-            sample_ticks=4,
-            black_box=None,
-            module_guest="" if built.modules is None else str(built.modules.file),
-        )
-        try:
-            seen = _emulator.Simulation(spec, powered=False).snapshot()
-        except _emulator.EngineError:
-            return None
-        rows = zip(*(seen[key][0].tolist() for key in ("x_m", "y_m", "heading_rad")), strict=True)
-        return tuple(
-            (round(x, _POSE_DIGITS), round(y, _POSE_DIGITS), round(turn, _POSE_DIGITS))
-            for x, y, turn in rows
-        )
-
-    return poses

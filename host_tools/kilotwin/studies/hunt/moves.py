@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from kilotwin.experiment.areas import area_of
+from kilotwin.experiment.checks.arena import pose_problems
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.schema.hunt import Hunt
 from kilotwin.experiment.schema.profile_defaults import PROFILES
 from kilotwin.studies.hunt.variation import LATE, Addition, Pose, Put, Variation
@@ -30,16 +30,17 @@ Move = Callable[[random.Random, Variation], Variation]
 @dataclass(frozen=True)
 class Ground:
     """What moves know of the experiment: numbers of robots and lamps, the arena's box (left,
-    bottom, right, top) in metres, and poses that robots begin with."""
+    bottom, right, top) in metres, whether a robot may stand at x, y in it, and poses, where all
+    robots have them."""
 
     hunt: Hunt
     size: int
     duration_s: float
     box: tuple[float, float, float, float]
+    has_room: Callable[[float, float], bool]
     radius_m: float
     range_m: float
-    poses: tuple[Pose, ...]
-    are_placed: bool
+    poses: tuple[Pose, ...] | None
     fixed_uids: bool
     has_commands: bool
     has_pulses: bool
@@ -49,8 +50,8 @@ class Ground:
     battery_h: float
 
     @staticmethod
-    def of(experiment: Experiment, poses: tuple[Pose, ...]) -> "Ground":
-        """That of an experiment whose robots begin with those poses."""
+    def of(experiment: Experiment) -> "Ground":
+        """That of an experiment."""
         keys = experiment.keys
         place, grid = area_of(keys.arena), keys.grid
         half = place.width / 2, place.height / 2
@@ -60,10 +61,10 @@ class Ground:
             experiment.size,
             keys.duration_s,
             (place.x - half[0], place.y - half[1], place.x + half[0], place.y + half[1]),
+            lambda x, y: next(pose_problems((), x, y, profile.radius_m, keys), None) is None,
             profile.radius_m,
             keys.medium.range_m,
-            poses,
-            _are_placed(keys),
+            _poses_of(experiment),
             bool(experiment.lab and keys.swarm.lab) or _has_informed(experiment),
             keys.command is not None or grid is not None,
             keys.medium.clock_spread is not None,
@@ -103,7 +104,7 @@ class Ground:
     # Each takes the source of chance and a variation.
 
     def _start(self, chance: random.Random, one: Variation) -> Variation:
-        if self.are_placed:
+        if self.poses is not None:
             return replace(one, poses=tuple(self._nudged(chance, pose) for pose in self.poses))
         return replace(one, poses=self._crowd(chance) or one.poses)
 
@@ -112,25 +113,26 @@ class Ground:
         by = [chance.uniform(-_NUDGE_M, _NUDGE_M) for _ in range(2)]
         return round(x + by[0], 4), round(y + by[1], 4), _heading(chance)
 
-    def _crowd(self, chance: random.Random) -> tuple[Pose, ...] | None:
-        """All within a part of the arena, down to one that they fill."""
+    def _crowd(self, chance: random.Random) -> tuple[Pose, ...]:
+        """All within a part of the arena, down to one that they fill; () if they find no room."""
         left, bottom, right, top = self.box
         need = 2 * self.radius_m * _GAP * math.sqrt(2.5 * self.size)
         whole = min(right - left, top - bottom)
         side = min(whole, max(need, whole * chance.random() ** _FAR))
         x0 = left + (right - left - side) * chance.random()
         y0 = bottom + (top - bottom - side) * chance.random()
+        span, least = max(side - 2 * self.radius_m, 0.0), 2 * self.radius_m * _GAP
         taken: list[Pose] = []
         for _ in range(self.size):
             for _ in range(_TRIES):
-                x = x0 + self.radius_m + chance.random() * max(side - 2 * self.radius_m, 0)
-                y = y0 + self.radius_m + chance.random() * max(side - 2 * self.radius_m, 0)
-                least = 2 * self.radius_m * _GAP
-                if all(math.hypot(x - a, y - b) >= least for a, b, _ in taken):
-                    taken.append((round(x, 4), round(y, 4), _heading(chance)))
+                x = round(x0 + self.radius_m + chance.random() * span, 4)
+                y = round(y0 + self.radius_m + chance.random() * span, 4)
+                is_clear = all(math.hypot(x - a, y - b) >= least for a, b, _ in taken)
+                if is_clear and self.has_room(x, y):
+                    taken.append((x, y, _heading(chance)))
                     break
             else:
-                return None
+                return ()
         return tuple(taken)
 
     def _name(self, chance: random.Random, one: Variation) -> Variation:
@@ -200,9 +202,14 @@ class Ground:
     def _move(self, chance: random.Random, one: Variation) -> Variation:
         left, bottom, right, top = self.box
         robot = chance.randrange(self.size)
-        x = chance.uniform(left + self.radius_m, right - self.radius_m)
-        y = chance.uniform(bottom + self.radius_m, top - self.radius_m)
-        pose = [round(x, 4), round(y, 4), _heading(chance)]
+        for _ in range(_TRIES):
+            x = round(chance.uniform(left + self.radius_m, right - self.radius_m), 4)
+            y = round(chance.uniform(bottom + self.radius_m, top - self.radius_m), 4)
+            if self.has_room(x, y):
+                break
+        else:
+            return one
+        pose = [x, y, _heading(chance)]
         table = {"at_s": self._moment(chance), "pose": pose}
         moved = Addition(("step",), tuple(table.items()), robot)
         return _with_most(one, moved, self.hunt.moved, lambda it: it.of("pose") is not None)
@@ -304,8 +311,11 @@ def _heading(chance: random.Random) -> float:
     return round(chance.uniform(-math.pi, math.pi), 3)
 
 
-def _are_placed(keys: ExperimentSchema) -> bool:
-    return any(kind.poses is not None for kind in keys.robots or [])
+def _poses_of(experiment: Experiment) -> tuple[Pose, ...] | None:
+    kinds = [group.poses for group in experiment.groups]
+    if any(poses is None for poses in kinds):
+        return None
+    return tuple((x, y, turn) for poses in kinds for x, y, turn in poses or ())
 
 
 def _has_informed(experiment: Experiment) -> bool:

@@ -55,7 +55,6 @@ class Search:
     state: State
     folder: Path
     whole: Whole
-    start_poses: Callable[[Experiment], tuple[Pose, ...] | None]
     note: Callable[[str], None]
 
     def run(self, pool: Pool, budget: Budget) -> Iterator[Found | None]:
@@ -98,7 +97,7 @@ class Search:
         self.state.corpus.learn(variation, outcome.reached)
         for fault in outcome.faults:
             if self._is_new(variation, fault):
-                found = self._pinned(variation, tier, fault, pool)
+                found = self._pinned(variation, tier, fault, outcome.starts, pool)
                 if found is not None:
                     self.state.found.append(found)
                     yield found
@@ -112,12 +111,17 @@ class Search:
         return len(alike) < _MOST_OF_ONE and not any(breaking(one.shrunk) <= its for one in alike)
 
     def _pinned(
-        self, variation: Variation, tier: Tier, fault: Fault, pool: Pool
+        self,
+        variation: Variation,
+        tier: Tier,
+        fault: Fault,
+        starts: tuple[Pose, ...],
+        pool: Pool,
     ) -> Found | None:
         """Shrunk, and written as a scenario; None if it is the same as one before after all."""
         laboratory = self.laboratory.expecting(fault.expected)
         guard = _Guard(laboratory, tier, fault, pool)
-        whole = replace(self.whole, poses=self.start_poses(laboratory.experiment(variation, tier)))
+        whole = replace(self.whole, poses=starts)
         shrinker = Shrinker(guard.fails, whole, _MOST_SHRINKING)
         shrunk = shrinker.shrunk(variation)
         if not self._is_new(shrunk, fault):
@@ -177,14 +181,12 @@ class _Guard:
     """Judges candidates of a shrinking. One that breaks an expectation counts only if as few robots
     in as short a time can meet it at all: else it would be shrunk to what nobody expects."""
 
-    def __init__(
-        self, laboratory: Laboratory, tier: Tier, fault: Fault, pool: Pool
-    ) -> None:
+    def __init__(self, laboratory: Laboratory, tier: Tier, fault: Fault, pool: Pool) -> None:
         self._laboratory = laboratory
         self._tier = tier
         self._fault = fault
         self._pool = pool
-        self._met: dict[tuple[tuple[int, ...] | None, float | None], bool] = {}
+        self._met: dict[tuple[tuple[int, ...], float | None], bool] = {}
 
     def fails(self, candidates: Sequence[Variation]) -> list[bool]:
         """Whether each of them shows the fault."""
@@ -198,7 +200,7 @@ class _Guard:
     def _is_fair(self, one: Variation) -> bool:
         if self._fault.expected.startswith("no_") or not self._fault.expected:
             return True
-        if (one.robots, one.duration_s) == (None, None):
+        if not one.robots and one.duration_s is None:
             return True
         key = one.robots, one.duration_s
         if key not in self._met:
@@ -214,8 +216,8 @@ def signature(variation: Variation) -> Signature:
     """The kinds of its changes."""
     kinds: set[tuple[str, ...]] = {put.path for put in variation.puts}
     kinds |= {_kind_of(one) for one in variation.additions}
-    kinds |= {("uids",)} if variation.uids is not None else set()
-    kinds |= {("poses",)} if variation.poses is not None else set()
+    kinds |= {("uids",)} if variation.uids else set()
+    kinds |= {("poses",)} if variation.poses else set()
     return frozenset(kinds)
 
 

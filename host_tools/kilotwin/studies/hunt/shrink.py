@@ -27,7 +27,7 @@ class Whole:
 
     size: int
     duration_s: float
-    poses: tuple[Pose, ...] | None
+    poses: tuple[Pose, ...]
     quiet: tuple[Put, ...]
 
 
@@ -42,7 +42,7 @@ class Shrinker:
 
     def shrunk(self, one: Variation) -> Variation:
         """The smallest found; it fails as `one` does."""
-        if self._whole.poses is not None and one.poses is None:
+        if self._whole.poses and not one.poses:
             # Fixed where they are, robots stay there when others go.
             one = self._first((replace(one, poses=self._whole.poses),)) or one
         for _ in range(_MOST_ROUNDS):
@@ -90,12 +90,11 @@ class Shrinker:
         return one
 
     def _fewer_robots(self, one: Variation) -> Variation:
-        there = one.robots if one.robots is not None else tuple(range(self._whole.size))
+        there = one.robots or tuple(range(self._whole.size))
         while len(there) > 1:
             found = self._first(replace(one, robots=some) for some in _smaller(there) if some)
             if found is None:
                 break
-            assert found.robots is not None
             one, there = _without_absent(found), found.robots
         return one
 
@@ -125,8 +124,8 @@ class Shrinker:
 
     def _plainer(self, one: Variation) -> Variation:
         """Values as they are in the experiment, or rounder."""
-        if one.uids is not None:
-            one = self._first((replace(one, uids=None),)) or one
+        if one.uids:
+            one = self._first((replace(one, uids=()),)) or one
         if one.seed is not None:
             one = self._first((replace(one, seed=None),)) or one
         for digits in (0, 1):
@@ -171,7 +170,6 @@ def _smaller(items: tuple[T, ...]) -> Iterator[tuple[T, ...]]:
 
 def _without_absent(one: Variation) -> Variation:
     """Without changes about robots that do not take part."""
-    assert one.robots is not None
     there = set(one.robots)
     kept = tuple(it for it in one.additions if it.robot is None or it.robot in there)
     return replace(one, additions=kept)

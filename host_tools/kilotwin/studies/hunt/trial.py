@@ -12,7 +12,7 @@ from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.marks import clear
 from kilotwin.programs.group import settled
 from kilotwin.programs.native.sanitizer import SANITIZED
-from kilotwin.studies.hunt.variation import Base, Tables, Variation
+from kilotwin.studies.hunt.variation import Base, Pose, Tables, Variation
 from kilotwin.studies.pool.built import Builder
 from kilotwin.studies.pool.pool import Pool
 from kilotwin.studies.pool.task import Ran as RanTrial
@@ -23,6 +23,8 @@ from kilotwin.studies.scenario.one_run import Ran, Seen, ran_of
 
 Tier = Literal["plain", "sanitized"]
 """plain: as the experiment says; sanitized: natively, looking for undefined behaviour."""
+
+_POSE_DIGITS = 4
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,14 @@ class Fault:
 @dataclass(frozen=True)
 class Outcome:
     """What came of a trial. `refused`: there is no such experiment, or it took too long, so that
-    nothing is known. `reached`: features of code and states, for guidance."""
+    nothing is known. `reached`: features of code and states, for guidance. `starts`: poses with
+    which robots began."""
 
     faults: tuple[Fault, ...] = ()
     reached: frozenset[Any] = frozenset()
     refused: str = ""
     result_hash: str = ""
+    starts: tuple[Pose, ...] = ()
 
     def shows(self, key: tuple[str, str, int]) -> bool:
         """Whether that fault is among them."""
@@ -91,9 +95,7 @@ class Build:
     def settled(self, experiment: Experiment) -> Experiment:
         """A variation of the experiment, with the processors that it was settled for."""
         tiers = {group.program: group.tier for group in self.experiment.groups}
-        groups = tuple(
-            replace(group, tier=tiers[group.program]) for group in experiment.groups
-        )
+        groups = tuple(replace(group, tier=tiers[group.program]) for group in experiment.groups)
         return replace(experiment, groups=groups)
 
 
@@ -185,7 +187,11 @@ def outcome_of(experiment: Experiment, ran: Ran, tier: Tier) -> Outcome:
             "no_mistake = true": ran.mistakes,
         }[verdict.expected]
         faults += [_fault(verdict.expected, one) for one, _ in by_cause(failures)]
-    return Outcome(tuple(faults), frozenset(_reached(ran)), "", ran.result_hash)
+    starts = tuple(
+        (round(x, _POSE_DIGITS), round(y, _POSE_DIGITS), round(turn, _POSE_DIGITS))
+        for x, y, turn in ran.starts
+    )
+    return Outcome(tuple(faults), frozenset(_reached(ran)), "", ran.result_hash, starts)
 
 
 def _was_refused(ran: Ran) -> bool:

@@ -45,17 +45,17 @@ class Addition:
 
 @dataclass(frozen=True)
 class Variation:
-    """What differs from the experiment as it is; None of a key: as there.
+    """What differs from the experiment as it is; None or () of a key: as there.
 
     `robots`: indices of those that take part, ascending. `uids`, `poses`: of each robot of the
     experiment, by index.
     """
 
     seed: int | None = None
-    robots: tuple[int, ...] | None = None
+    robots: tuple[int, ...] = ()
     duration_s: float | None = None
-    uids: tuple[int, ...] | None = None
-    poses: tuple[Pose, ...] | None = None
+    uids: tuple[int, ...] = ()
+    poses: tuple[Pose, ...] = ()
     puts: tuple[Put, ...] = ()
     additions: tuple[Addition, ...] = ()
 
@@ -123,13 +123,13 @@ class Base:
         tables = copy.deepcopy(self.tables)
         tables.pop("hunt", None)
         uids = variation.uids or self.uids
-        there = range(self.size) if variation.robots is None else variation.robots
+        there = variation.robots or range(self.size)
         if variation.seed is not None:
             tables["seed"] = variation.seed
         if variation.duration_s is not None:
             tables["duration_s"] = variation.duration_s
         self._rename(tables, {self.uids[one]: uids[one] for one in there})
-        if (variation.robots, variation.uids, variation.poses) != (None, None, None):
+        if variation.robots or variation.uids or variation.poses:
             self._pick(tables, variation, there, uids)
         for put in variation.puts:
             table = tables
@@ -165,7 +165,7 @@ class Base:
             chosen = [one for one in there if first <= one < first + count]
             written = {**copy.deepcopy(kind), "count": len(chosen)}
             poses = written.get("poses")
-            if variation.poses is not None:
+            if variation.poses:
                 written = {key: it for key, it in written.items() if key not in _STARTS}
                 written["poses"] = [list(variation.poses[one]) for one in chosen]
             elif isinstance(poses, list):

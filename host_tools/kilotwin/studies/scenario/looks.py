@@ -118,11 +118,12 @@ class Looks:
     """Takes the place of a run folder's writer, and keeps what is expected of a run."""
 
     def __init__(self, experiment: Experiment, *, sees_changes: bool = False) -> None:
-        """`sees_changes`: keeps which changes of LEDs samples show."""
+        """`sees_changes`: keeps which changes of LEDs samples show, and where robots began."""
         keys = experiment.keys
         self._sees_changes = sees_changes
         self._led: NDArray[np.uint8] | None = None
         self.led_changes: set[tuple[int, int]] = set()
+        self.starts: list[list[float]] = []
         self._states, self._sites = States.of(keys), len(keys.site)
         self._names = Names(keys)
         self._lookers = [
@@ -144,7 +145,7 @@ class Looks:
             return None
         counts = self.count(samples)
         if self._sees_changes:
-            self._see_changes(samples["led"])
+            self._see_changes(samples)
         for k, tick in enumerate(samples["tick"].tolist()):
             failed = sum(at < tick for at in self._failed.values())
             for looker in self._lookers:
@@ -156,8 +157,12 @@ class Looks:
                     looker.see(seconds(tick), values)
         return counts
 
-    def _see_changes(self, led: "NDArray[np.uint8]") -> None:
-        """LEDs of some samples, [k, robots], which are those after the last."""
+    def _see_changes(self, samples: "Samples") -> None:
+        """Those of some samples, which are those after the last."""
+        led = samples["led"]
+        if self._led is None:
+            first = [samples[key][0] for key in ("x_m", "y_m", "heading_rad")]
+            self.starts = np.stack(first, axis=1).astype(float).tolist()
         rows = led if self._led is None else np.concatenate((self._led, led))
         pairs = np.unique(rows[:-1].astype(np.uint16) << 8 | rows[1:])
         self.led_changes.update((int(pair) >> 8, int(pair) & 255) for pair in pairs)

@@ -42,7 +42,9 @@ class Ran:
     """The marks of each group's program, where that is asked for."""
     led_changes: Sequence[tuple[int, int]] = ()
     """LED bytes before and after, of each pair that a robot showed in samples one after the
-    other, where that is asked for."""
+    other, where that is asked for ..."""
+    starts: Sequence[tuple[float, float, float]] = ()
+    """... and the pose of each robot in the first of them."""
 
 
 class Seen(Outcome[Looks, Ran]):
@@ -68,6 +70,7 @@ class Seen(Outcome[Looks, Ran]):
             "result_hash": summary["result_hash"],
             "marks": marks_of_all(ran.job.all_guests) if ran.job.covered else [],
             "led_changes": sorted(looks.led_changes),
+            "starts": looks.starts,
         }
         return json.dumps(told).encode()
 
@@ -93,6 +96,7 @@ class Seen(Outcome[Looks, Ran]):
             uids=experiment.uids,
             marks=understood(told["marks"]),
             led_changes=tuple((int(before), int(after)) for before, after in told["led_changes"]),
+            starts=tuple((float(x), float(y), float(turn)) for x, y, turn in told["starts"]),
         )
 
 
