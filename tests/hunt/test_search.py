@@ -41,7 +41,7 @@ class FakeLaboratory:
         self.asked += wanted
         return [self.law(*one) for one in wanted]
 
-    def tables(self, variation: Variation) -> dict[str, Any]:
+    def tables(self, variation: Variation, tier: Tier) -> dict[str, Any]:
         return {"swarm": {}, "varied": variation.as_dict()}
 
     def experiment(self, variation: Variation, tier: Tier) -> Any:

@@ -3,18 +3,18 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, KilotwinError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.hunt import Hunt
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.programs.cache import Notify
-from kilotwin.programs.native.sanitizer import SANITIZED, check_sanitized
+from kilotwin.programs.native.sanitizer import check_sanitized
 from kilotwin.runs.folder import slug
 from kilotwin.studies.hunt.folder import opened
 from kilotwin.studies.hunt.moves import Ground
 from kilotwin.studies.hunt.search import Search, quiet_of
 from kilotwin.studies.hunt.shrink import Whole
-from kilotwin.studies.hunt.trial import Build, Laboratory
+from kilotwin.studies.hunt.trial import SETTINGS, Build, Laboratory, Tier
 from kilotwin.studies.hunt.variation import Base, Variation
 
 
@@ -69,8 +69,10 @@ def prepared(
     hunt = keys.hunt or Hunt()
     state = opened(folder, _identity(hunted), seed)
     builds = [Build.of(experiment, "plain", note)]
-    if hunt.undefined and (sanitized := _sanitized(hunted, note)) is not None:
-        builds.append(sanitized)
+    if hunt.undefined:
+        builds += _on_tier(hunted, "sanitized", note)
+    if keys.swarm.profile == "kilobot" and _some_native(experiment):
+        builds += _on_tier(hunted, "translated", note)
     moves = Ground.of(experiment).moves()
     whole = Whole(experiment.size, keys.duration_s, (), quiet_of(experiment))
     laboratory = Laboratory(hunted.base, hunted.origin, builds, timeout_s)
@@ -84,18 +86,23 @@ def _identity(hunted: Quarry) -> str:
     return f"{hunted.experiment.identity()} {keys.hunt} {expects}"
 
 
-def _sanitized(hunted: Quarry, note: Notify) -> Build | None:
-    """None, with a line, where programs cannot be looked at so."""
-    origin = hunted.origin
+def _some_native(experiment: Experiment) -> bool:
+    return any(group.tier == "native" for group in experiment.groups)
+
+
+def _on_tier(hunted: Quarry, tier: Tier, note: Notify) -> list[Build]:
+    """None, with a line, where programs cannot be run so."""
+    origin, tables = hunted.origin, hunted.base.varied(Variation())
+    text = ExperimentText(origin.source, origin.folder, tables, "", SETTINGS[tier])
     try:
-        text = ExperimentText(origin.source, origin.folder, _copy(hunted), "", [SANITIZED])
         experiment = Experiment.of(text)
-        check_sanitized(experiment)
-    except InputError as error:
-        note(f"undefined behaviour is not looked for: {error}")
-        return None
-    return Build.of(experiment, "sanitized", note)
-
-
-def _copy(hunted: Quarry) -> dict[str, object]:
-    return hunted.base.varied(Variation())
+        if tier == "sanitized":
+            check_sanitized(experiment)
+        elif _some_native(experiment):
+            note('programs with cpu = "native" of their own are not run as on the robot')
+            return []
+        return [Build.of(experiment, tier, note)]
+    except KilotwinError as error:
+        why = {"sanitized": "undefined behaviour is not looked for"}
+        note(f"{why.get(tier, 'robots are not run by their machine code too')}: {error}")
+        return []

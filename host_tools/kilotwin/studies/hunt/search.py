@@ -22,7 +22,8 @@ from kilotwin.studies.hunt.variation import LATE, Addition, Pose, Put, Variation
 from kilotwin.studies.pool.pool import Pool
 
 GENERATION = 16
-_SANITIZED_EACH = 4
+_OTHER_EACH = 2
+"""So often a trial runs on a tier whose turn it is; the rest are as the experiment says."""
 _FRESH = 0.4
 _MOST_SHRINKING = 600
 _MOST_OF_ONE = 4
@@ -81,8 +82,8 @@ class Search:
             else:
                 parents = [state.corpus.choose(chance) for _ in range(2)]
                 one = mutated(chance, self.moves, *parents)
-            is_sanitized = len(planned) % _SANITIZED_EACH == _SANITIZED_EACH - 1
-            planned.append((one, tiers[-1] if is_sanitized else tiers[0]))
+            other = tiers[len(planned) // _OTHER_EACH % len(tiers)]
+            planned.append((one, other if len(planned) % _OTHER_EACH == 0 else tiers[0]))
         return planned
 
     def _learn(
@@ -158,7 +159,7 @@ class Search:
         below.mkdir(parents=True, exist_ok=True)
         number = len(self.state.found) + 1
         name = f"{number}-{slug(_name_of(fault))}"
-        tables = laboratory.tables(shrunk)
+        tables = laboratory.tables(shrunk, tier)
         written: dict[str, Any] = with_paths(tables, experiment.resolved(), below)
         written["name"] = name
         file = below / f"{name}.toml"

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.text import ExperimentText
+from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.marks import clear
 from kilotwin.programs.group import settled
@@ -21,8 +21,16 @@ from kilotwin.studies.scenario.judge import judge
 from kilotwin.studies.scenario.looks import Failure, Looks, by_cause
 from kilotwin.studies.scenario.one_run import Ran, Seen, ran_of
 
-Tier = Literal["plain", "sanitized"]
-"""plain: as the experiment says; sanitized: natively, looking for undefined behaviour."""
+Tier = Literal["plain", "sanitized", "translated"]
+"""plain: as the experiment says; sanitized: natively, looking for undefined behaviour; translated:
+of an experiment whose robots run natively, by their machine code, as on the robot."""
+
+TRANSLATED = Setting(("swarm", "cpu"), "translated", "kilotwin hunt")
+SETTINGS: dict[Tier, list[Setting]] = {
+    "plain": [],
+    "sanitized": [SANITIZED],
+    "translated": [TRANSLATED],
+}
 
 _POSE_DIGITS = 4
 
@@ -122,9 +130,10 @@ class Laboratory:
         base = replace(self._base, tables={**self._base.tables, "expect": kept})
         return Laboratory(base, self._origin, builds, self._timeout_s)
 
-    def tables(self, variation: Variation) -> Tables:
-        """The tables of a variation's experiment."""
-        return self._base.varied(variation)
+    def tables(self, variation: Variation, tier: Tier) -> Tables:
+        """The tables of a variation's experiment, which `kilotwin test` runs on that tier, with
+        --sanitize on the sanitized one."""
+        return self._text(variation, "plain" if tier == "sanitized" else tier).raw
 
     @property
     def tiers(self) -> Sequence[Tier]:
@@ -133,10 +142,11 @@ class Laboratory:
 
     def experiment(self, variation: Variation, tier: Tier) -> Experiment:
         """The ordinary experiment of a variation. InputError if there is none."""
-        origin, settings = self._origin, [SANITIZED] if tier == "sanitized" else []
-        tables = self._base.varied(variation)
-        text = ExperimentText(origin.source, origin.folder, tables, "", settings)
-        return self._builds[tier].settled(Experiment.of(text))
+        return self._builds[tier].settled(Experiment.of(self._text(variation, tier)))
+
+    def _text(self, variation: Variation, tier: Tier) -> ExperimentText:
+        tables, origin = self._base.varied(variation), self._origin
+        return ExperimentText(origin.source, origin.folder, tables, "", SETTINGS[tier])
 
     def run(self, wanted: Sequence[tuple[Variation, Tier]], pool: Pool) -> list[Outcome]:
         """The outcome of each, in their order."""
@@ -162,7 +172,7 @@ class Laboratory:
             self._builds[tier].builder.built(experiment).keys,
             self._timeout_s,
             trusted=Task.trusts(),
-            covered=tier == "plain",
+            covered=tier != "sanitized",
             sanitized=tier == "sanitized",
         )
 
