@@ -37,7 +37,7 @@ struct RobotFault {
         RECEIVES,   ///< it is deaf no more
         MUTE,       ///< nothing that it sends is received
         TRANSMITS,  ///< it is mute no more
-        MOTORS      ///< their speeds are multiplied, until the next such fault
+        MOTORS      ///< their speeds are multiplied for good
     };
     int64_t tick;  ///< since RUN; it comes with the next world step
     uint32_t robot;

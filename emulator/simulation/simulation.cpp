@@ -81,11 +81,6 @@ void Simulation::break_robots() {
     faults_.take(now_ + 1, [this](const RobotFault &fault, Cycles) { break_robot(fault); });
 }
 
-static const char *name_of_motors(double left, double right) {
-    if (left == 0 && right == 0) return "stuck";
-    return left == 1 && right == 1 ? "moves as before" : "drift";
-}
-
 void Simulation::break_robot(const RobotFault &fault) {
     Robot &robot = robots_[fault.robot];
     if (robot.stopped()) return;
@@ -103,7 +98,7 @@ void Simulation::break_robot(const RobotFault &fault) {
     case RobotFault::Kind::MUTE: robot.mute(now_, tick); break;
     case RobotFault::Kind::TRANSMITS: robot.transmit_again(now_, tick); break;
     case RobotFault::Kind::MOTORS:
-        robot.report_fault(now_, tick, name_of_motors(fault.left, fault.right));
+        robot.report_fault(now_, tick, fault.left == 0 && fault.right == 0 ? "stuck" : "drift");
         bodies_.scale_motors(fault.robot, fault.left, fault.right);
         floor_.disturb(fault.robot, now_);
         break;

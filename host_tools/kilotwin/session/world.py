@@ -194,7 +194,7 @@ class World:
             FasterCode(expected(self._experiment, guests)),
             *self._views,
         ]
-        if self._hosts:
+        if simulation.tick < 0:
             self._go_on_to(0)
 
     def __enter__(self) -> Self:

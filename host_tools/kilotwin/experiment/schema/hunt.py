@@ -32,7 +32,7 @@ class Hunt(Section):
     loss: Share = 0.4
     """So many frames may be lost (`medium.loss`, `medium.loss_at_range`)."""
     spells: Number = 2
-    """So many times a robot may be deaf or mute for a while, or stand still ..."""
+    """So many times a robot may be deaf or mute for a while ..."""
     spell_s: Spell = 20.0
     """... for so long."""
     failing: Number = 1

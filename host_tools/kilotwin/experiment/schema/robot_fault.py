@@ -29,7 +29,7 @@ class RobotFault(Section):
     """Each fails at a moment drawn from `at_s` to here, which may be after the end. At `at_s` if
     left out."""
     for_s: Annotated[float, Field(gt=0, le=1e9)] | None = None
-    """How long it lasts; for good if left out, as with `dead`."""
+    """deaf, mute: how long that lasts; for good if left out."""
     robots: Annotated[list[Uid], Field(min_length=1)] | None = None
     """Those with these uids: 1 for the first robot and so on, unless `uids` or `swarm.lab` say
     others."""

@@ -9,7 +9,7 @@ from kilotwin.units import ticks
 # Tick, index of the robot, kind, and factors of its left and right motor.
 TimedFault = tuple[int, int, str, float, float]
 # The opposite of a fault that lasts for a while.
-_ENDS = {"deaf": "receives", "mute": "transmits", "motors": "motors"}
+_ENDS = {"deaf": "receives", "mute": "transmits"}
 
 
 def robot_faults(experiment: Experiment) -> list[TimedFault]:

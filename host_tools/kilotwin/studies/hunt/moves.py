@@ -88,7 +88,7 @@ class Ground:
                 ("RUN late", self._delay, hunt.stagger_s > 0 and not self.has_commands),
                 ("oscillators", self._detune, hunt.clock_spread > 0 and self.has_pulses),
                 ("losses", self._lose, hunt.loss > 0 and self.has_pulses),
-                ("deaf, mute or stuck for a while", self._spell, hunt.spells > 0 and more_s),
+                ("deaf or mute for a while", self._spell, hunt.spells > 0 and more_s),
                 ("robots that fail", self._fail, hunt.failing > 0),
                 ("resets", self._reset, hunt.resets > 0 and more_s and not self.has_commands),
                 ("robots moved", self._move, hunt.moved > 0 and more_s),
@@ -172,7 +172,7 @@ class Ground:
 
     def _spell(self, chance: random.Random, one: Variation) -> Variation:
         for_s = round(chance.uniform(0.1, self.hunt.spell_s), 3)
-        kind = chance.choice(("deaf", "mute", "stuck"))
+        kind = chance.choice(("deaf", "mute"))
         spell = self._fault(chance, kind, for_s=for_s)
         return _with_most(one, spell, self.hunt.spells, _is_spell)
 
