@@ -48,6 +48,7 @@ static void loop(void) {
         return;
     }
     if (kilo_ticks < rests_until) return;
+    if (out.data[0] == ANSWER) say(HELLO, 0);
     if (has_partner && (kilo_uid & 1)) {
         has_partner = 0;
         state = WAIT;
