@@ -8,9 +8,12 @@ static volatile uint8_t order;
 static message_t *tx(void) {
     if (kilo_uid != 1) return 0;
     const uint32_t tick = kilo_ticks;
-    if (tick < 300) out.data[0] = 1;
-    else if (tick < 600) out.data[0] = 2;
-    else return 0;
+    if (tick < 300)
+        out.data[0] = 1;
+    else if (tick < 600)
+        out.data[0] = 2;
+    else
+        return 0;
     out.crc = message_crc(&out);
     return &out;
 }

@@ -3,14 +3,13 @@ scenario for each thing that breaks."""
 
 import json
 import os
-from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from kilotwin.errors import InputError
 from kilotwin.files.drafts import draft_of
-from kilotwin.studies.hunt.corpus import Corpus
+from kilotwin.studies.hunt.corpus import Corpus, Feature
 from kilotwin.studies.hunt.variation import Variation
 
 STATE = "hunt.json"
@@ -103,7 +102,7 @@ def opened(folder: Path, identity: str, seed: int) -> State:
         )
     if its_seed != seed:
         raise InputError(f"{folder}: a hunt with --seed {its_seed}; give that, or another --out")
-    reached: set[Hashable] = {tuple(one) for one in told.pop("reached")}
+    reached: set[Feature] = {tuple(one) for one in told.pop("reached")}
     corpus = Corpus([Variation.of(one) for one in told.pop("corpus")], reached)
     found = [Found.of(one) for one in told.pop("found")]
     return State(**told, corpus=corpus, found=found)

@@ -242,7 +242,7 @@ class Ground:
         return _with_most(one, gone, 1, lambda it: it.of("until_s") is not None)
 
     def _moment(self, chance: random.Random) -> float:
-        return round(chance.random() ** 1.5 * self.duration_s * 0.95, 3)
+        return round(float(chance.random() ** 1.5) * self.duration_s * 0.95, 3)
 
 
 def fresh(chance: random.Random, moves: dict[str, Move]) -> Variation:

@@ -14,6 +14,7 @@ Fails = Callable[[Sequence[Variation]], Sequence[bool]]
 """Whether each of some variations fails as the one does that is shrunk."""
 
 T = TypeVar("T")
+Part = Put | Addition
 
 BATCH = 8
 _LEAST_S = 0.5
@@ -99,8 +100,8 @@ class Shrinker:
         return one
 
     def _fewer_changes(self, one: Variation) -> Variation:
-        quiet = [put for put in one.puts if put in self._whole.quiet]
-        while parts := (*(put for put in one.puts if put not in quiet), *one.additions):
+        quiet: list[Part] = [put for put in one.puts if put in self._whole.quiet]
+        while parts := _parts_of(one, quiet):
             found = self._first(with_parts(one, (*quiet, *some)) for some in _smaller(parts))
             if found is None:
                 break
@@ -145,7 +146,7 @@ def cut(one: Variation, duration_s: float) -> Variation:
     return replace(one, duration_s=duration_s, additions=parts)
 
 
-def with_parts(one: Variation, parts: Iterable[Put | Addition]) -> Variation:
+def with_parts(one: Variation, parts: Iterable[Part]) -> Variation:
     """The same with these of its changes alone."""
     kept = list(parts)
     return replace(
@@ -153,6 +154,11 @@ def with_parts(one: Variation, parts: Iterable[Put | Addition]) -> Variation:
         puts=tuple(it for it in kept if isinstance(it, Put)),
         additions=tuple(it for it in kept if isinstance(it, Addition)),
     )
+
+
+def _parts_of(one: Variation, quiet: Sequence[Part]) -> tuple[Part, ...]:
+    """Its changes without those that take chance out."""
+    return (*(put for put in one.puts if put not in quiet), *one.additions)
 
 
 def _smaller(items: tuple[T, ...]) -> Iterator[tuple[T, ...]]:

@@ -3,7 +3,7 @@ scenarios, as `kilotwin test` has them."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
@@ -12,6 +12,7 @@ from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.marks import clear
 from kilotwin.programs.group import settled
 from kilotwin.programs.native.sanitizer import SANITIZED
+from kilotwin.studies.hunt.corpus import Feature
 from kilotwin.studies.hunt.variation import Base, Pose, Tables, Variation
 from kilotwin.studies.pool.built import Builder
 from kilotwin.studies.pool.pool import Pool
@@ -58,7 +59,7 @@ class Outcome:
     which robots began."""
 
     faults: tuple[Fault, ...] = ()
-    reached: frozenset[Any] = frozenset()
+    reached: frozenset[Feature] = frozenset()
     refused: str = ""
     result_hash: str = ""
     starts: tuple[Pose, ...] = ()
@@ -213,7 +214,7 @@ def _fault(expected: str, failure: Failure) -> Fault:
     return Fault(expected, failure.file, failure.line, f"{failure.who}: {failure.what}")
 
 
-def _reached(ran: Ran) -> Iterable[Any]:
+def _reached(ran: Ran) -> Iterable[Feature]:
     """Features: each bit of a mark of code, each change of an LED."""
     for group, marks in enumerate(ran.marks):
         for address, mark in marks.items():

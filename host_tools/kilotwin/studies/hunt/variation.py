@@ -160,7 +160,8 @@ class Base:
         swarm = tables["swarm"]
         for key in ("program", "size", "first_uid"):
             swarm.pop(key, None)
-        kinds, first = [], 0
+        kinds: list[Tables] = []
+        first = 0
         for kind, count in zip(self._kinds, self.counts, strict=True):
             chosen = [one for one in there if first <= one < first + count]
             written = {**copy.deepcopy(kind), "count": len(chosen)}
@@ -183,7 +184,7 @@ class Base:
 
     def _plain_uid(self, before: Sequence[Tables], index: int) -> int:
         """The uid of a robot of which nothing is said."""
-        return sum(kind["count"] for kind in before) + index + 1
+        return sum(int(kind["count"]) for kind in before) + index + 1
 
     def _rename(self, tables: Tables, names: dict[int, int]) -> None:
         """Has tables about single robots name them by their uids now, and drops those about robots
