@@ -24,7 +24,7 @@ static void loop(void) {
         out.data[0] = light;
         out.crc = message_crc(&out);
     }
-    if (kilo_ticks - last_heard > 150) set_color(RGB(1, 0, 0));
+    if (kilo_ticks - last_heard > 90) set_color(RGB(1, 0, 0));
 }
 
 int main(void) {
