@@ -272,17 +272,17 @@ std::vector<SimulationDef::Command> commands_of(const nb::list &from) {
 /// Failures of robots: tick, robot's index, kind, factors of its left and right motor.
 std::vector<RobotFault> robot_faults_of(const nb::list &from) {
     static const std::map<std::string, RobotFault::Kind> KINDS = {
-        {"dead", RobotFault::Kind::DEAD},
-        {"deaf", RobotFault::Kind::DEAF},
-        {"mute", RobotFault::Kind::MUTE},
-        {"motors", RobotFault::Kind::MOTORS}};
+        {"dead", RobotFault::Kind::DEAD},           {"deaf", RobotFault::Kind::DEAF},
+        {"receives", RobotFault::Kind::RECEIVES},   {"mute", RobotFault::Kind::MUTE},
+        {"transmits", RobotFault::Kind::TRANSMITS}, {"motors", RobotFault::Kind::MOTORS}};
     std::vector<RobotFault> faults;
     for (nb::handle item : from) {
         const auto [tick, robot, name, left, right] =
             nb::cast<std::tuple<int64_t, uint32_t, std::string, double, double>>(item);
         const auto kind = KINDS.find(name);
         if (kind == KINDS.end())
-            throw EngineError("a robot's fault is dead, deaf, mute or motors, not " + name);
+            throw EngineError(
+                "a robot's fault is dead, deaf, receives, mute, transmits or motors, not " + name);
         faults.push_back({tick, robot, kind->second, left, right});
     }
     return faults;
@@ -442,6 +442,7 @@ SimulationDef definition_of(const nb::dict &from) {
     def.overhead = sites_of(spec["overhead"].as<nb::list>());
     def.faults = robot_faults_of(spec["faults"].as<nb::list>());
     if (!spec["grid"].is_none()) def.grid = grid_of(spec["grid"].table());
+    spec.read("on_ticks", def.on_ticks);
     spec.read("lead_ticks", def.lead_ticks);
     def.light = light_of(spec["light"].table());
     spec.read("battery_h", def.battery_h);

@@ -48,6 +48,9 @@ class Driver {
     /// and waits for no answer.
     virtual void run(RobotRecord &robot) = 0;
 
+    /// Its kilo_ticks go on by so many, between two runs, while it waits for RUN. A board's do not.
+    virtual void count_on(RobotRecord & /*robot*/, uint32_t /*ticks*/) {}
+
     /// The earliest moment at which its program may be requested for a message, or its runtime
     /// answers a question; NEVER if only a command changes that.
     virtual Cycles next_ask(const RobotRecord &robot) const = 0;

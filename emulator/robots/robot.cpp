@@ -55,6 +55,16 @@ void Robot::deafen(Cycles at, uint32_t tick) {
     record_.deafen();
 }
 
+void Robot::receive_again(Cycles at, uint32_t tick) {
+    report_fault(at, tick, "receives again");
+    record_.is_deaf = false;
+}
+
+void Robot::transmit_again(Cycles at, uint32_t tick) {
+    report_fault(at, tick, "transmits again");
+    record_.is_mute = false;
+}
+
 void Robot::mute(Cycles at, uint32_t tick) {
     report_fault(at, tick, "mute");
     record_.is_mute = true;

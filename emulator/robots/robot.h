@@ -49,6 +49,11 @@ class alignas(64) Robot {
         prefetch_line(&record_.frames_seen);
     }
 
+    /// Its kilo_ticks go on by so many, as if it had been on for longer.
+    void count_on(uint32_t ticks) {
+        if (ticks > 0) driver().count_on(record_, ticks);
+    }
+
     /// Runs the robot through everything strictly before `until`. Every attempt to send succeeds.
     void run(Cycles until);
 
@@ -120,6 +125,8 @@ class alignas(64) Robot {
     void die(Cycles at, uint32_t tick);     ///< it stops for good, LED and motors off
     void deafen(Cycles at, uint32_t tick);  ///< no message reaches it any more
     void mute(Cycles at, uint32_t tick);    ///< none of its own reaches anybody
+    void receive_again(Cycles at, uint32_t tick);
+    void transmit_again(Cycles at, uint32_t tick);
     void report_fault(Cycles at, uint32_t tick, const char *what);  ///< of its motors
     uint32_t last_tick() const { return record_.last_tick; }        ///< kilo_ticks, but of a board
     bool is_deaf() const { return record_.is_deaf; }

@@ -32,10 +32,12 @@ struct Command {
 /// The failure of a robot.
 struct RobotFault {
     enum class Kind {
-        DEAD,   ///< it stops for good: LED and motors off, silent
-        DEAF,   ///< nothing that anybody sends it is received
-        MUTE,   ///< nothing that it sends is received
-        MOTORS  ///< their speeds are multiplied for good
+        DEAD,       ///< it stops for good: LED and motors off, silent
+        DEAF,       ///< nothing that anybody sends it is received
+        RECEIVES,   ///< it is deaf no more
+        MUTE,       ///< nothing that it sends is received
+        TRANSMITS,  ///< it is mute no more
+        MOTORS      ///< their speeds are multiplied for good
     };
     int64_t tick;  ///< since RUN; it comes with the next world step
     uint32_t robot;

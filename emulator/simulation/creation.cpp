@@ -253,6 +253,7 @@ void Simulation::boot() {
     note_work(true);
     give_commands(start_);
     for (auto &robot : robots_) robot.run(start_);
+    for (auto &robot : robots_) robot.count_on(def_.on_ticks);
     channel_->boot(start_);
     for (uint32_t robot : boards_.robots()) wake_[robot] = NEVER;  // the channel executes them
     emissions_.clear();

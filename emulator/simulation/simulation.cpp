@@ -94,7 +94,9 @@ void Simulation::break_robot(const RobotFault &fault) {
         take_motor_commands(fault.robot);
         break;
     case RobotFault::Kind::DEAF: robot.deafen(now_, tick); break;
+    case RobotFault::Kind::RECEIVES: robot.receive_again(now_, tick); break;
     case RobotFault::Kind::MUTE: robot.mute(now_, tick); break;
+    case RobotFault::Kind::TRANSMITS: robot.transmit_again(now_, tick); break;
     case RobotFault::Kind::MOTORS:
         robot.report_fault(now_, tick, fault.left == 0 && fault.right == 0 ? "stuck" : "drift");
         bodies_.scale_motors(fault.robot, fault.left, fault.right);

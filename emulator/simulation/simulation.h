@@ -75,6 +75,7 @@ struct SimulationDef {
     bool line_of_sight;                                      ///< of the ideal medium
     std::optional<KilobotChannel::Settings> kilobot_medium;  ///< instead of the ideal one
     std::optional<Grid::Settings> grid;                      ///< a Kilogrid below the robots
+    uint32_t on_ticks;   ///< kilo_ticks that robots have counted before, but boards
     int64_t lead_ticks;  ///< engine time before RUN, for the grid's host; rounded up to 4
     Light light;
     double battery_h;           ///< hours of driving that a full battery lasts; 0: it never drains

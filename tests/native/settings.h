@@ -92,6 +92,7 @@ inline SimulationDef definition(const Arena &arena) {
             .line_of_sight = true,
             .kilobot_medium = {},
             .grid = {},
+            .on_ticks = 0,
             .lead_ticks = 0,
             .light = {.ambient = 0, .sources = {}},
             .battery_h = 0,

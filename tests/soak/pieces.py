@@ -61,6 +61,11 @@ PIECES = {
         ("tests/system/test_optimise.py",),
         10,
     ),
+    "hunt": Piece(
+        "ten planted bugs are found, shrunk to three robots and 30 s, and fail each time",
+        ("tests/hunt/test_planted.py",),
+        60,
+    ),
     "testing": Piece(
         "tests of a lab by the pytest plugin pass from the .hex too",
         ("tests/unit/testing/test_plugin.py",),

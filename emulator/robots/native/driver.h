@@ -18,6 +18,7 @@ class NativeDriver final : public Driver {
     void switch_on(RobotRecord &robot) override;
     void switch_off(RobotRecord &robot) override;
     void run(RobotRecord &robot) override { of(robot).run(); }
+    void count_on(RobotRecord &robot, uint32_t ticks) override { of(robot).count_on(ticks); }
     Cycles next_ask(const RobotRecord &robot) const override { return of(robot).next_ask(); }
     uint8_t color(const RobotRecord &robot, Cycles at) const override {
         return of(robot).color(at);

@@ -98,6 +98,12 @@ void NativeRobot::live() {
     }
 }
 
+void NativeRobot::count_on(uint32_t ticks) {
+    program_->make_resident(image_);
+    robot_.last_tick += ticks;
+    *table().ticks = robot_.last_tick;
+}
+
 void NativeRobot::set_up() {
     if (robot_begins_setup(&robot_.core)) setup_();
     if (program_->settles_period()) period_ = *table().tx_period;

@@ -58,6 +58,7 @@ class alignas(64) NativeRobot final : public NativeGuest, private NativeRobotSta
 
     /// As Driver::run(), next_ask(), color() and variables().
     void run();
+    void count_on(uint32_t ticks);  ///< as Driver::count_on()
     Cycles next_ask() const;
     uint8_t color(Cycles at) const;
     std::vector<uint8_t> variables() const { return program_->state_of(image_); }

@@ -1,6 +1,7 @@
 #include "robots/translated/driver.h"
 
 #include <algorithm>
+#include <cstring>
 #include <new>
 
 #include "base/board_clock.h"
@@ -80,6 +81,12 @@ void TranslatedDriver::run(RobotRecord &robot) {
         robot.context->black_box->runs(robot.index, robot.last_tick);
     TranslatedRobot(program_, robot, state).run();
     robot.forget_taken();
+}
+
+void TranslatedDriver::count_on(RobotRecord &robot, uint32_t ticks) {
+    auto *data = reinterpret_cast<uint8_t *>(&of(robot).image) + program_.code().seam->ticks;
+    robot.last_tick += ticks;
+    std::memcpy(data, &robot.last_tick, sizeof robot.last_tick);
 }
 
 // The robot takes a message where a block of its code has ended: it may be an order to run. An

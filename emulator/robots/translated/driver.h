@@ -19,6 +19,7 @@ class TranslatedDriver final : public Driver {
     void switch_on(RobotRecord &robot) override;
     void switch_off(RobotRecord &robot) override;
     void run(RobotRecord &robot) override;
+    void count_on(RobotRecord &robot, uint32_t ticks) override;
     Cycles next_ask(const RobotRecord &robot) const override;
     void received_beside(RobotRecord &robot, Cycles at) override;
     void disturb(RobotRecord &robot, Cycles begin, const message_t &message) override;

@@ -45,6 +45,12 @@ Access access_of(const uint8_t *flash, uint32_t pc, const uint8_t *data) {
     }
 }
 
+/// avr-libc's eeprom_read_word() and its like store by X into the registers of their result.
+bool is_result_of_eeprom(uint16_t word, const Access &access) {
+    constexpr uint16_t STORE_R0_BY_X = 0x920D;
+    return word == STORE_R0_BY_X && access.base >= 22 && access.base <= 25;
+}
+
 /// Bytes that an instruction puts on the stack.
 unsigned pushes(uint16_t word) {
     if ((word & 0xFE0F) == 0x920F) return 1;
@@ -83,7 +89,8 @@ bool TranslatedRobot::makes_mistake() {
         return true;
     }
     const Access access = access_of(flash, pc, data);
-    if (access.is_one && (access.base < REGISTERS_END || access.address >= SRAM_END)) {
+    const bool is_wild = access.base < REGISTERS_END || access.address >= SRAM_END;
+    if (access.is_one && is_wild && !is_result_of_eeprom(word, access)) {
         char text[128];
         std::snprintf(text, sizeof text,
                       "it %s by a pointer that is NULL or wild, at address 0x%03x: %s",

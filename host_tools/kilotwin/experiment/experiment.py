@@ -271,8 +271,9 @@ class Experiment:
 
     def identity(self) -> str:
         """SHA-256 of the resolved keys: equal for experiments that mean the same. What is expected
-        of a run changes nothing in it."""
-        keys = {key: value for key, value in self.resolved().items() if key != "expect"}
+        of a run, and hunted in it, changes nothing in it."""
+        beside = ("expect", "hunt")
+        keys = {key: value for key, value in self.resolved().items() if key not in beside}
         canonical = json.dumps(keys, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()
 

@@ -8,6 +8,19 @@ from kilotwin.runs.event_places import uid_of
 
 _NAMED = 3
 
+MISTAKES = (
+    "it divides by zero",
+    "it reads by a pointer that is NULL or wild",
+    "it writes by a pointer that is NULL or wild",
+    "it uses a pointer that is NULL or wild",
+    "it goes beyond its own variables",
+    "it jumped to address 0",
+    "it left its program",
+    "its stack has grown down to its variables",
+)
+"""How the engine's notes begin of mistakes that nothing stops on the robot: those of
+emulator/robots/translated/mistakes.cpp and emulator/robots/native/fault.cpp."""
+
 
 @dataclass
 class Cause:
@@ -39,6 +52,14 @@ def said(event: Mapping[str, Any]) -> str:
     """`crash at walk.c:42 in loop(): it ...`, of an event that knows its place; `crash: it ...`."""
     kind = str(event["kind"]).replace("_", " ")
     return f"{kind} {event['text']}" if "file" in event else f"{kind}: {event['text']}"
+
+
+def is_mistake(event: Mapping[str, Any]) -> bool:
+    """Whether it notes a mistake of a program, one of MISTAKES."""
+    if event["kind"] != "note":
+        return False
+    text = str(event["text"])
+    return any(text.startswith(one) or f": {one}" in text for one in MISTAKES)
 
 
 def cause_key(event: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.spec.engine import config_differences
+from kilotwin.experiment.spec.engine import config_differences, lives_through_on_s
 from kilotwin.files.headers import MOST_PER_BUS
 from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.grid_record import GridEvents, GridRecord
@@ -24,11 +24,15 @@ _ENDING_S = 30.0
 
 
 def lead_ticks(experiment: Experiment) -> int:
-    """How long before 0 the world must begin for the set-up to be done."""
+    """How long before 0 the world must begin: chips have been on for `swarm.on_s`, and the set-up
+    of a grid must be done."""
+    on_s = experiment.keys.swarm.on_s or 0.0
+    on_ticks = ticks(on_s) if lives_through_on_s(experiment) else 0
     plan = experiment.plan
-    assert plan is not None
+    if plan is None:
+        return on_ticks
     step_s = experiment.keys.engine.step_ticks * TICK_S
-    return ticks(set_up_s(plan, len(config_differences(experiment)), step_s))
+    return max(on_ticks, ticks(set_up_s(plan, len(config_differences(experiment)), step_s)))
 
 
 class EmulatedHost(Companion):

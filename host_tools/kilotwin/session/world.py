@@ -164,7 +164,7 @@ class World:
             sample_ticks=_NEVER_TICKS,
             black_box=None,
             module_guest="" if modules is None else str(modules.file),
-            lead_ticks=0 if modules is None else lead_ticks(self._experiment),
+            lead_ticks=lead_ticks(self._experiment),
         )
         try:
             simulation = _emulator.Simulation(spec)
@@ -194,7 +194,7 @@ class World:
             FasterCode(expected(self._experiment, guests)),
             *self._views,
         ]
-        if self._hosts:
+        if simulation.tick < 0:
             self._go_on_to(0)
 
     def __enter__(self) -> Self:

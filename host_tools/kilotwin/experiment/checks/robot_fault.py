@@ -23,6 +23,9 @@ def robot_fault_problems(experiment: ExperimentSchema, robots: Sequence[int]) ->
         if fault.until_s is not None and fault.until_s < fault.at_s:
             what = f"{fault.until_s:g} s is before {fault.at_s:g} s; exchange them"
             yield Problem(what, ((*path, "until_s"),))
+        if fault.kind not in ("deaf", "mute") and fault.for_s is not None:
+            what = "only deaf and mute robots recover; remove 'for_s', or take one of these kinds"
+            yield Problem(what, ((*path, "for_s"), (*path, "kind")))
         motors = [key for key in ("left", "right") if getattr(fault, key) is not None]
         if fault.kind == "drift" and not motors:
             what = "a robot that drifts needs left = ..., right = ... or both: 0.8 is a fifth less"

@@ -11,7 +11,15 @@ Seconds = Annotated[float, Field(ge=0, le=1e9)]
 Rate = Annotated[float, Field(ge=0, le=1000)]
 Runs = Annotated[int, Field(ge=1, le=10_000)]
 
-KINDS = ("that", "share", "no_crash", "no_busy_wait", "no_undefined", "messages_per_robot_s")
+KINDS = (
+    "that",
+    "share",
+    "no_crash",
+    "no_busy_wait",
+    "no_undefined",
+    "no_mistake",
+    "messages_per_robot_s",
+)
 """Keys of which an [[expect]] has one: what is expected."""
 
 SHARE_RUNS = 20
@@ -36,7 +44,7 @@ Condition = Annotated[str, AfterValidator(_expression)]
 class Expect(Section):
     """Something that `kilotwin test` expects of a run; the run itself does not depend on it.
 
-    Each has one of `that`, `share`, `no_crash`, `no_busy_wait`, `no_undefined` and
+    Each has one of `that`, `share`, `no_crash`, `no_busy_wait`, `no_undefined`, `no_mistake` and
     `messages_per_robot_s`.
     """
 
@@ -68,6 +76,10 @@ class Expect(Section):
     no_undefined: bool | None = None
     """Whether undefined behaviour fails, where `--sanitize` looks for it; true unless an expect
     says false."""
+    no_mistake: bool | None = None
+    """Whether a mistake fails that nothing stops on the robot: division by zero, a pointer that is
+    NULL or wild, a jump to nowhere, a stack that meets the variables; false unless an expect says
+    true."""
     messages_per_robot_s: Bounds | None = None
     """[least, most] messages per second of each robot over the whole run; with the ideal medium,
     the mean of all robots."""

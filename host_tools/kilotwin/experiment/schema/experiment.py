@@ -16,6 +16,7 @@ from kilotwin.experiment.schema.controller import AggregationTables, InformedSha
 from kilotwin.experiment.schema.environment import EnvironmentTable, OverheadController
 from kilotwin.experiment.schema.expect import Expect
 from kilotwin.experiment.schema.grid import CellColour, Faults, Grid, grid_size_m
+from kilotwin.experiment.schema.hunt import Hunt
 from kilotwin.experiment.schema.medium import MEDIA, Medium
 from kilotwin.experiment.schema.metric import Metric
 from kilotwin.experiment.schema.object import PushedObject
@@ -170,6 +171,9 @@ class Swarm(InformedShares):
     linear, nearer and farther constant."""
     first_uid: Uid | None = None
     """The uid of the first robot; the others follow it. 1 if left out; see `robots.uids`."""
+    on_s: Annotated[float, Field(ge=0, le=86_400)] | None = None
+    """How long robots have been on when the run begins, waiting for RUN: as much have their
+    `kilo_ticks` counted. 0 if left out. Robots on an ATmega328P wait for it, which takes time."""
     floor: bool
     """Whether the virtual floor sends robots their site, walls and obstacles (message CELL)."""
     start: Literal["uniform"] = "uniform"
@@ -416,6 +420,7 @@ class ExperimentSchema(AggregationTables):
     record: Record
     metric: Annotated[dict[Text, Metric], Field(max_length=100)] = {}
     expect: Annotated[list[Expect], Field(max_length=1000)] = []
+    hunt: Hunt | None = None
     engine: Engine
     states: dict[Text, Annotated[list[int], BeforeValidator(led_triple)]] | None = Field(
         default=None,

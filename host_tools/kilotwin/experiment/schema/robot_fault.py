@@ -12,7 +12,8 @@ Factor = Annotated[float, Field(ge=0, le=1.2)]
 
 
 class RobotFault(Section):
-    """Robots that fail, for good: those that `robots` names, or a `share` of all; all without.
+    """Robots that fail, for good or for a while: those that `robots` names, or a `share` of all;
+    all without.
 
     Who fails, and when, depends on the seed, the number of robots and the place of the table in the
     file alone. More of a share or a probability makes more robots fail, none fewer.
@@ -27,6 +28,8 @@ class RobotFault(Section):
     until_s: Annotated[float, Field(ge=0, le=1e9)] | None = None
     """Each fails at a moment drawn from `at_s` to here, which may be after the end. At `at_s` if
     left out."""
+    for_s: Annotated[float, Field(gt=0, le=1e9)] | None = None
+    """deaf, mute: how long that lasts; for good if left out."""
     robots: Annotated[list[Uid], Field(min_length=1)] | None = None
     """Those with these uids: 1 for the first robot and so on, unless `uids` or `swarm.lab` say
     others."""

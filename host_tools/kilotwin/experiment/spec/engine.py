@@ -54,11 +54,6 @@ def engine_spec(
     a [[command]] does. `debugged`: a robot on a chip that gdb controls, and the port for that.
     """
     keys, profile = experiment.keys, PROFILES[experiment.keys.swarm.profile]
-    floor = {
-        "obstacle_m": keys.reading.obstacle_m,
-        "step_ticks": _FLOOR_STEP_TICKS,
-        "repeat_ticks": _FLOOR_REPEAT_TICKS,
-    }
     return {
         "seed": keys.seed,
         "step_ticks": keys.engine.step_ticks,
@@ -75,7 +70,7 @@ def engine_spec(
         "picture": None if experiment.floor is None else experiment.floor.spec(),
         "objects": [object_spec(thing) for thing in keys.object],
         "profile": _profile(profile, keys),
-        "floor": floor if keys.swarm.floor else None,
+        "floor": _floor(keys) if keys.swarm.floor else None,
         "medium": _medium(keys),
         "light": {
             "ambient": keys.light.ambient,
@@ -105,6 +100,7 @@ def engine_spec(
         "faults": robot_faults(experiment),
         "overhead": list(map(_placed, keys.overhead)),
         "grid": None if keys.grid is None else _grid(experiment, module_guest),
+        "on_ticks": 0 if lives_through_on_s(experiment) else ticks(keys.swarm.on_s or 0.0),
         "lead_ticks": lead_ticks,
         "sample_ticks": sample_ticks,
         "sample_extras": {extra: keys.record.has(extra) for extra in set(EXTRA_OF.values())},
@@ -113,6 +109,11 @@ def engine_spec(
         "run_ahead": True,
         "recalls_passes": True,
     }
+
+
+def lives_through_on_s(experiment: Experiment) -> bool:
+    """Whether robots wait for `swarm.on_s`: chips do, of which nobody knows where kilo_ticks is."""
+    return any(group.on_board for group in experiment.groups)
 
 
 def place_of_error(experiment: Experiment, what: str, module_guest: str = "") -> KeyPath:
@@ -131,6 +132,14 @@ def _profile(profile: Profile, keys: ExperimentSchema) -> dict[str, Any]:
         **{key: getattr(profile, key) for key in _BODY_KEYS},
         **motion,
         "push_m_s2": push_m_s2,
+    }
+
+
+def _floor(keys: ExperimentSchema) -> dict[str, Any]:
+    return {
+        "obstacle_m": keys.reading.obstacle_m,
+        "step_ticks": _FLOOR_STEP_TICKS,
+        "repeat_ticks": _FLOOR_REPEAT_TICKS,
     }
 
 

@@ -8,6 +8,8 @@ from kilotwin.units import ticks
 
 # Tick, index of the robot, kind, and factors of its left and right motor.
 TimedFault = tuple[int, int, str, float, float]
+# The opposite of a fault that lasts for a while.
+_ENDS = {"deaf": "receives", "mute": "transmits"}
 
 
 def robot_faults(experiment: Experiment) -> list[TimedFault]:
@@ -33,11 +35,15 @@ def _of_table(experiment: Experiment, index: int, fault: RobotFault) -> list[Tim
         first = sorted(robots, key=lambda robot: draws[robot][0])
         chosen = sorted(first[: round(share * len(draws))])
     span_s = 0.0 if fault.until_s is None else fault.until_s - fault.at_s
-    return [
-        (ticks(fault.at_s + draws[robot][2] * span_s), robot, *_act(fault))
-        for robot in chosen
-        if draws[robot][1] < fault.probability
-    ]
+    act = _act(fault)
+    timed: list[TimedFault] = []
+    for robot in chosen:
+        if draws[robot][1] < fault.probability:
+            at_s = fault.at_s + draws[robot][2] * span_s
+            timed.append((ticks(at_s), robot, *act))
+            if fault.for_s is not None:
+                timed.append((ticks(at_s + fault.for_s), robot, _ENDS[act[0]], 1.0, 1.0))
+    return timed
 
 
 def _act(fault: RobotFault) -> tuple[str, float, float]:

@@ -21,12 +21,24 @@ def marks_of(guest: str) -> dict[int, int]:
     Of a native one RAN, by the address that a call at a block's begin returns to. ValueError if it
     was not built for coverage.
     """
+    scale, marks = _marks_in(guest)
+    return {scale * index: mark for index, mark in enumerate(bytes(marks)) if mark}
+
+
+def _marks_in(guest: str) -> "tuple[int, ctypes.Array[ctypes.c_uint8]]":
+    """The marks where they are made, and how many addresses one of them stands for."""
     library = ctypes.CDLL(guest)  # the one that is loaded: no file is opened
     with contextlib.suppress(ValueError):
-        words = (ctypes.c_uint8 * (FLASH_BYTES // 2)).in_dll(library, _OF_TRANSLATION)
-        return {2 * word: mark for word, mark in enumerate(bytes(words)) if mark}
-    calls = (ctypes.c_uint8 * COVERED_BYTES).in_dll(library, _OF_NATIVE)
-    return {address: mark for address, mark in enumerate(bytes(calls)) if mark}
+        return 2, (ctypes.c_uint8 * (FLASH_BYTES // 2)).in_dll(library, _OF_TRANSLATION)
+    return 1, (ctypes.c_uint8 * COVERED_BYTES).in_dll(library, _OF_NATIVE)
+
+
+def clear(guests: Iterable[str]) -> None:
+    """Takes the marks of guests away, so that those of the next trial are its own."""
+    for guest in guests:
+        with contextlib.suppress(ValueError):
+            _, marks = _marks_in(guest)
+            ctypes.memset(marks, 0, len(marks))
 
 
 def marks_of_all(guests: Iterable[str]) -> list[list[tuple[int, int]]]:

@@ -12,6 +12,8 @@ from kilotwin.studies.scenario.one_run import Ran
 
 # Have a verdict in each scenario; others where they are written, or not met.
 _ALWAYS = ("no_crash", "no_busy_wait")
+# Does not hold unless an [[expect]] says so.
+_WHERE_ASKED = ("no_mistake",)
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,7 @@ def judge(experiment: Experiment, runs: Sequence[Ran]) -> list[ScenarioVerdict]:
         *_programs("no_crash", experiment, runs, lambda ran: ran.crashes),
         *_programs("no_busy_wait", experiment, runs, lambda ran: ran.busy_waits),
         *_programs("no_undefined", experiment, runs, lambda ran: ran.undefined),
+        *_programs("no_mistake", experiment, runs, lambda ran: ran.mistakes),
     ]
     for index, expect in enumerate(expects):
         where = experiment.origin.where(("expect", index))
@@ -123,8 +126,9 @@ def _programs(
     runs: Sequence[Ran],
     failures: Callable[[Ran], Sequence[Failure]],
 ) -> Iterator[ScenarioVerdict]:
-    """Verdicts of `no_crash` and the like, which hold unless an [[expect]] says false."""
-    where, given, is_written = experiment.origin.source, True, key in _ALWAYS
+    """Verdicts of `no_crash` and the like, most of which hold unless an [[expect]] says false."""
+    where, given = experiment.origin.source, key not in _WHERE_ASKED
+    is_written = key in _ALWAYS
     for index, expect in enumerate(experiment.keys.expect):
         if getattr(expect, key) is not None:
             where, given = experiment.origin.where(("expect", index)), getattr(expect, key)

@@ -4,17 +4,21 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
+
 from kilotwin.experiment.expect_names import Names
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.expression import Expression, Value
 from kilotwin.experiment.schema.expect import Expect
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.metrics.values import NO_METRICS, MetricValues
-from kilotwin.runs.causes import said
+from kilotwin.runs.causes import is_mistake, said
 from kilotwin.runs.folder import FAILURES, UNDEFINED
 from kilotwin.units import TICK_S, seconds
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from kilotwin._emulator import Event, Samples
 
 # Samples are taken at ends of world steps, of 4 ticks at most.
@@ -113,8 +117,13 @@ def _shown(value: Value) -> str:
 class Looks:
     """Takes the place of a run folder's writer, and keeps what is expected of a run."""
 
-    def __init__(self, experiment: Experiment) -> None:
+    def __init__(self, experiment: Experiment, *, sees_changes: bool = False) -> None:
+        """`sees_changes`: keeps which changes of LEDs samples show, and where robots began."""
         keys = experiment.keys
+        self._sees_changes = sees_changes
+        self._led: NDArray[np.uint8] | None = None
+        self.led_changes: set[tuple[int, int]] = set()
+        self.starts: list[list[float]] = []
         self._states, self._sites = States.of(keys), len(keys.site)
         self._names = Names(keys)
         self._lookers = [
@@ -124,6 +133,7 @@ class Looks:
         self.crashes: list[Failure] = []
         self.busy_waits: list[Failure] = []
         self.undefined: list[Failure] = []
+        self.mistakes: list[Failure] = []
 
     def looks(self) -> Sequence[Look | None]:
         """One for each [[expect]]; None of those without a condition."""
@@ -134,6 +144,8 @@ class Looks:
         if not len(samples["tick"]):
             return None
         counts = self.count(samples)
+        if self._sees_changes:
+            self._see_changes(samples)
         for k, tick in enumerate(samples["tick"].tolist()):
             failed = sum(at < tick for at in self._failed.values())
             for looker in self._lookers:
@@ -144,6 +156,17 @@ class Looks:
                     )
                     looker.see(seconds(tick), values)
         return counts
+
+    def _see_changes(self, samples: "Samples") -> None:
+        """Those of some samples, which are those after the last."""
+        led = samples["led"]
+        if self._led is None:
+            first = [samples[key][0] for key in ("x_m", "y_m", "heading_rad")]
+            self.starts = np.stack(first, axis=1).astype(float).tolist()
+        rows = led if self._led is None else np.concatenate((self._led, led))
+        pairs = np.unique(rows[:-1].astype(np.uint16) << 8 | rows[1:])
+        self.led_changes.update((int(pair) >> 8, int(pair) & 255) for pair in pairs)
+        self._led = led[-1:].copy()
 
     def count(self, samples: "Samples") -> Counts:
         """How many robots do what, in each of the samples."""
@@ -161,6 +184,7 @@ class Looks:
             self._failed.setdefault(event["robot"], event["tick"])
         kept = {"busy_wait": self.busy_waits, UNDEFINED: self.undefined}.get(kind)
         kept = self.crashes if kind in FAILURES else kept
+        kept = self.mistakes if is_mistake(event) else kept
         if kept is not None and len(kept) < _KEPT_EVENTS:
             kept.append(_failure(event))
 

@@ -31,6 +31,7 @@ class Ran:
     crashes: tuple[Failure, ...] = ()
     busy_waits: tuple[Failure, ...] = ()
     undefined: tuple[Failure, ...] = ()
+    mistakes: tuple[Failure, ...] = ()
     rates: tuple[float, ...] = ()
     trouble: str = ""
     timed_out: bool = False
@@ -39,6 +40,64 @@ class Ran:
     """The uid of each robot, by its index."""
     marks: Sequence[Marks] = ()
     """The marks of each group's program, where that is asked for."""
+    led_changes: Sequence[tuple[int, int]] = ()
+    """LED bytes before and after, of each pair that a robot showed in samples one after the
+    other, where that is asked for ..."""
+    starts: Sequence[tuple[float, float, float]] = ()
+    """... and the pose of each robot in the first of them."""
+
+
+class Seen(Outcome[Looks, Ran]):
+    """What is seen of a run whose programs may fail."""
+
+    def writer(self, experiment: Experiment) -> Looks:
+        """Looks at what is expected."""
+        return Looks(experiment)
+
+    def answer(self, ran: RanTrial[Looks]) -> bytes:
+        """As JSON; RunError where a metric's function failed."""
+        trial, summary, experiment = ran.trial, ran.summary, ran.job.experiment
+        for name, why in summary["metrics_failed"].items():
+            raise RunError(f"metric {name}: {why}")
+        looks = trial.writer
+        told = {
+            "looks": [None if look is None else [look.passed, look.seen] for look in looks.looks()],
+            "crashes": [vars(one) for one in (*looks.crashes, *_modules(summary))],
+            "busy_waits": [vars(one) for one in looks.busy_waits],
+            "undefined": [vars(one) for one in looks.undefined],
+            "mistakes": [vars(one) for one in looks.mistakes],
+            "rates": _rates(experiment, ran),
+            "result_hash": summary["result_hash"],
+            "marks": marks_of_all(ran.job.all_guests) if ran.job.covered else [],
+            "led_changes": sorted(looks.led_changes),
+            "starts": looks.starts,
+        }
+        return json.dumps(told).encode()
+
+    def understood(self, task: Task[Ran], said: bytes) -> Ran:
+        """ValueError and such of what is none."""
+        told, experiment = json.loads(said), task.experiment
+        looks = [
+            None if look is None else Look(look[0] is True, str(look[1])) for look in told["looks"]
+        ]
+        if [look is None for look in looks] != [
+            expect.condition is None for expect in experiment.keys.expect
+        ]:
+            raise ValueError("other expectations")
+        return Ran(
+            experiment.keys.seed,
+            tuple(looks),
+            tuple(map(Failure.understood, told["crashes"])),
+            tuple(map(Failure.understood, told["busy_waits"])),
+            tuple(map(Failure.understood, told["undefined"])),
+            tuple(map(Failure.understood, told["mistakes"])),
+            tuple(map(float, told["rates"])),
+            result_hash=str(told["result_hash"]),
+            uids=experiment.uids,
+            marks=understood(told["marks"]),
+            led_changes=tuple((int(before), int(after)) for before, after in told["led_changes"]),
+            starts=tuple((float(x), float(y), float(turn)) for x, y, turn in told["starts"]),
+        )
 
 
 class Seen(Outcome[Looks, Ran]):
