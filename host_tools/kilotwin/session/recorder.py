@@ -3,6 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from kilotwin.experiment.experiment import Experiment
@@ -12,6 +13,7 @@ from kilotwin.metrics.moment import Moment
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.causes import causes
 from kilotwin.runs.folder import FAILURES, FAULT, PRINT, UNDEFINED
+from kilotwin.runs.trail import CAPACITY, Trail, write_trail
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.emulated import EmulatedWorld
 from kilotwin.session.loop import NEVER, Attention, Companion
@@ -200,6 +202,22 @@ class Listener(Companion):
         simulation.listen_to([])
         self._robots = []
         self._report({"type": "heard", "heard": heard})
+
+
+class TrailKeeper(Companion):
+    """Has the engine keep a trail, and writes it down at the end."""
+
+    def __init__(self, world: EmulatedWorld, trail: Trail, folder: Path) -> None:
+        """Before the robots' first step."""
+        self._simulation = world.simulation
+        self._folder = folder
+        nobody = self._simulation.robots
+        robot = trail.robot if trail.end > trail.begin else nobody
+        self._simulation.keep_trail(CAPACITY, trail.draws, robot, trail.begin, trail.end)
+
+    def finish(self) -> None:
+        """Writes it into the run folder."""
+        write_trail(self._folder, self._simulation.arrivals(), self._simulation.trail())
 
 
 class ModuleRecorder(Companion):

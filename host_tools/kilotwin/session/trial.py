@@ -29,6 +29,7 @@ from kilotwin.session.recorder import (
     ModuleRecorder,
     Recorder,
     Report,
+    TrailKeeper,
     Writer,
     WriterT,
 )
@@ -96,6 +97,7 @@ class Trial(Generic[WriterT]):
             *self._module_recorders(),
             Listener(self._world, job.listen_to, job.listen_s, report),
             *self._repetitions(),
+            *self._trails(),
             Steps(job.experiment, self._simulation),
             *hosts,
             *environments,
@@ -223,7 +225,7 @@ class Trial(Generic[WriterT]):
             for note in served.notes:
                 self._report({"type": "note", "text": note})
             return served.world, served.companions
-        end = ticks(self._keys.duration_s)
+        end = min([ticks(self._keys.duration_s), *(trail.end_tick for trail in job.trails)])
         if self._keys.grid is None:
             return EmulatedWorld(self._simulation, places, end=end), []
         from kilotwin.session.emulated_grid import EmulatedHost
@@ -278,6 +280,9 @@ class Trial(Generic[WriterT]):
 
     def _repetitions(self) -> list[Companion]:
         return [Repetition(self._job.acts, self._make_steering().do)] if self._job.acts else []
+
+    def _trails(self) -> list[Companion]:
+        return [TrailKeeper(self._world, one, self._job.folder) for one in self._job.trails]
 
     def _viewers(self) -> list[Companion]:
         """The links to viewers, which do not steer where hosts outside have the say."""
