@@ -114,7 +114,9 @@ class TrailMaker:
     def sending(self, robot: int, number: int, at_s: float, data: bytes) -> None:
         self.sendings.append((at_s, robot, number, BUFFER, data))
 
-    def byte(self, robot: int, number: int, at_s: float, byte: int, was: int, now: int) -> None:
+    def byte(  # noqa: PLR0917 (in the order of the words)
+        self, robot: int, number: int, at_s: float, byte: int, was: int, now: int
+    ) -> None:
         """The last change of a byte of a message."""
         self.change(
             What.MESSAGE,
@@ -142,10 +144,12 @@ class TrailMaker:
         )
 
 
+VARIABLES = {1: "heard", 2: "table"}
+
+
 class KnownCode:
     """Programs in which the place of code is its address, and variables go by names."""
 
-    VARIABLES = {1: "heard", 2: "table"}
     HARD, NAMES_HEARD = 9, 1
 
     def __init__(self, native: int = -1) -> None:
@@ -158,7 +162,7 @@ class KnownCode:
         return f"line {path[0]}"
 
     def variable(self, _: int, address: int) -> str:
-        return self.VARIABLES.get(address, "")
+        return VARIABLES.get(address, "")
 
     def reads(self, _: int, path: Path) -> frozenset[str]:
         return frozenset(["heard"] if path[0] == self.NAMES_HEARD else [])

@@ -30,6 +30,7 @@ from kilotwin.studies.why.facts import (
 _PASS_S = 0.005  # a pass of loop() is hardly longer, but where it waits
 _LED_S, _KICK_S = 0.0005, 0.02  # colours are written bit by bit; motors start with a kick
 _MODULE_CELLS = 4
+_TYPE, _ORDERS = 9, 0x80  # of a message; types from here on are the runtime's, as RUN
 _SOON_S = 2.0  # a module passes on what it received at its next turns
 _MOST_DEEP = 1000
 
@@ -309,7 +310,11 @@ class _Chain:
         """A module's program tells no stores: what it sends now, and did not before, follows from
         what it received last."""
         cell = message.sender
-        said = self._facts.messages_of(cell, message.begin_s)
+        said = [
+            it
+            for it in self._facts.messages_of(cell, message.begin_s)
+            if it.data[_TYPE] < _ORDERS or it.data == message.data
+        ]
         since = len(said)
         while since > 0 and said[since - 1].data == message.data:
             since -= 1

@@ -1,6 +1,7 @@
 """A chain as a story, line by line, and as JSON."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.reader import Run
 from kilotwin.studies.why.chain import Cause, CellTold, Changed, Link, Received
 from kilotwin.studies.why.facts import During, Kind, Station
+from kilotwin.units import TICK_S
 
 LED, MOTORS, MESSAGE = "led", "motors", "message"
 _TYPE = 9  # byte of a message behind its data
@@ -30,14 +32,11 @@ class Story:
 
     def lines(self, links: list[Link]) -> list[str]:
         """A paragraph for each robot, down to the first cause."""
-        told: list[str] = []
-        for link in links:
-            told += self._told(link)
-        return told
+        return [line for link in links for line in self._told(link, links)]
 
     def as_dicts(self, links: list[Link]) -> list[dict[str, Any]]:
         """The same for programs: an object per link, in the same order."""
-        return [self._as_dict(link) for link in links]
+        return [self._as_dict(link, links) for link in links]
 
     def lines_between(self, links: list[Link]) -> list[dict[str, Any]]:
         """Messages of a chain that robots exchanged, for pictures: begin_s, at_s, and the indices
@@ -54,7 +53,7 @@ class Story:
             and link.message.sender.kind == link.message.receiver.kind == Kind.ROBOT
         ]
 
-    def _told(self, link: Link) -> list[str]:
+    def _told(self, link: Link, links: Sequence[Link]) -> list[str]:
         if isinstance(link, Changed):
             return self._changed(link)
         if isinstance(link, Received):
@@ -64,7 +63,7 @@ class Story:
                 f"{self._name(Station(Kind.CELL, link.cell))} sends {_message(link.now)} since "
                 f"{link.since_s:.3f} s, before it was {_message(link.was)}"
             ]
-        return [f"first cause: {self._cause(link)}"]
+        return [f"first cause: {self._cause(link, _last_receiver(links))}"]
 
     def _changed(self, link: Changed) -> list[str]:
         robot = self._name(Station(Kind.ROBOT, link.robot))
@@ -93,7 +92,7 @@ class Story:
             f"{message.at_s:.3f} s (tick {self._tick(message.at_s)}){others}"
         ]
 
-    def _cause(self, link: Cause) -> str:
+    def _cause(self, link: Cause, receiver: int) -> str:
         who, at = self._name(link.station), f"{link.at_s:.3f} s"
         number = link.station.number
         return {
@@ -103,7 +102,7 @@ class Story:
             "alone": f"{who} did it by itself at {at}: no message since had changed what it is "
             "made from, and no number was drawn in that pass; its clock remains",
             "command": f"{self._command(link.at_s)} at {at}",
-            "overhead": f"overhead controller {number + 1} at {at}{self._word(link.at_s)}",
+            "overhead": f"{who} at {at}{self._word(link.at_s, receiver)}",
             "beacon": f"the beacon of an [[object]], {number + 1}. of them, at {at}",
             "floor": f"what the robot stood on at {at}, as its ground sensor tells it",
             "cell": f"{who} sends it since the first time that a robot received it ({at}): its "
@@ -126,13 +125,15 @@ class Story:
         where = self.experiment.origin.where(("command", number))
         return f"[[command]] {number + 1} (send = {command.send!r}, {where})"
 
-    def _word(self, at_s: float) -> str:
-        """The word that an environment had it send."""
+    def _word(self, at_s: float, receiver: int) -> str:
+        """The word for a robot that an environment had it send."""
         if self.run.experiment.environment is None:
             return ""
         sent = self.run.sent()
         times = np.asarray(sent["time_s"], float)
-        before = np.flatnonzero(times <= at_s + _WITHIN_S)
+        uids = np.asarray(sent["uid"])
+        its = (uids == self.run.uid_of(receiver)) | (uids == _ALL)
+        before = np.flatnonzero((times <= at_s + _WITHIN_S) & its)
         if not len(before):
             return ""
         row = sent.slice(int(before[np.argmax(times[before])]), 1).to_pylist()[0]
@@ -174,11 +175,9 @@ class Story:
         return float(rows["x_m"][row].as_py()), float(rows["y_m"][row].as_py())
 
     def _tick(self, at_s: float) -> int:
-        from kilotwin.units import TICK_S
-
         return math.floor(at_s / TICK_S)
 
-    def _as_dict(self, link: Link) -> dict[str, Any]:
+    def _as_dict(self, link: Link, links: Sequence[Link]) -> dict[str, Any]:
         if isinstance(link, Changed):
             return {
                 "link": "change",
@@ -223,8 +222,14 @@ class Story:
             "of": self._name(link.station),
             "at_s": link.at_s,
             "place": link.place or None,
-            "text": self._cause(link),
+            "text": self._cause(link, _last_receiver(links)),
         }
+
+
+def _last_receiver(links: Sequence[Link]) -> int:
+    """The robot that received the message at a chain's end, by index."""
+    received = [link.message.receiver for link in links if isinstance(link, Received)]
+    return received[-1].number if received else 0
 
 
 def _thing(link: Changed) -> str:
