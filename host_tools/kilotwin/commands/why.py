@@ -1,10 +1,11 @@
 """`kilotwin why`: the chain from what a robot did back to its first cause."""
 
+import contextlib
 import json
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -53,9 +54,19 @@ def why(
 
     answer = ask(folder, Asked(robot, at, what, depth), sys.argv, terminal.display(quiet))
     story = Story(answer.run, answer.experiment)
+    _keep(folder, story.lines_between(answer.links))
     if as_json:
         typer.echo(json.dumps({"run": str(folder), "chain": story.as_dicts(answer.links)}))
         return
     typer.echo("\n".join(story.lines(answer.links)))
     named = shlex.quote(str(folder))
     typer.echo(f"\nSee it: kilotwin view {named}  (the page at #t={at:g}&robot={robot})")
+
+
+def _keep(folder: Path, lines: list[dict[str, Any]]) -> None:
+    """For the run's page; where the folder cannot be written the page is without."""
+    from kilotwin.files.drafts import draft_of
+    from kilotwin.runs.folder import WHY
+
+    with contextlib.suppress(OSError), draft_of(folder / WHY, sync=False) as draft:
+        draft.write_text(json.dumps({"lines": lines}) + "\n")

@@ -15,11 +15,18 @@ from kilotwin.experiment.checks.experiment import swarm_size
 from kilotwin.experiment.pictures import Picture, floor_picture
 from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.text import ExperimentText
-from kilotwin.runs.columns import MODULES_SCHEMA, SENT_SCHEMA, TRACKING_SCHEMA, Records
+from kilotwin.runs.columns import (
+    FRAMES_SCHEMA,
+    MODULES_SCHEMA,
+    SENT_SCHEMA,
+    TRACKING_SCHEMA,
+    Records,
+)
 from kilotwin.runs.folder import (
     EVENTS,
     EXPERIMENT,
     FINISHED,
+    FRAMES,
     MANIFEST,
     MODULES,
     OBJECTS,
@@ -109,6 +116,10 @@ class Run:
     def modules(self) -> pa.Table:
         """A row per module of an emulated grid and sample; none unless that was recorded."""
         return self._table(MODULES, MODULES_SCHEMA)
+
+    def frames(self) -> pa.Table:
+        """A row per frame and receiver; none unless frames were recorded."""
+        return self._table(FRAMES, FRAMES_SCHEMA)
 
     def sent(self) -> pa.Table:
         """A row per word that an environment told a robot; none without an environment."""

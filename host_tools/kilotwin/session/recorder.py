@@ -220,6 +220,32 @@ class TrailKeeper(Companion):
         write_trail(self._folder, self._simulation.arrivals(), self._simulation.trail())
 
 
+class FrameRecorder(Companion):
+    """Records the frames that robots receive, each sample those since the last one."""
+
+    def __init__(self, world: EmulatedWorld, writer: RunWriter, sample_ticks: int) -> None:
+        """Before the robots' first step."""
+        self._simulation = world.simulation
+        self._writer = writer
+        self._sample_ticks = sample_ticks
+        self._next = 0
+        self._simulation.keep_trail(CAPACITY, [], 0, 0, 0)
+
+    def step(self, now: int) -> None:
+        """Writes what there is, if this is a sample."""
+        if now >= self._next:
+            self.finish()
+            self._next = (now // self._sample_ticks + 1) * self._sample_ticks
+
+    def next_due(self) -> int:
+        """The next sample, if there is room for more."""
+        return self._next if self._writer.wants_frames else NEVER
+
+    def finish(self) -> None:
+        """Writes the rest."""
+        self._writer.add_frames(self._simulation.arrivals())
+
+
 class ModuleRecorder(Companion):
     """Records how a grid's modules are at each sample, and in the last moment."""
 

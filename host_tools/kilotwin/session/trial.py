@@ -25,6 +25,7 @@ from kilotwin.session.faster_code import FasterCode
 from kilotwin.session.job import Job
 from kilotwin.session.loop import Attention, Companion, Each, Session
 from kilotwin.session.recorder import (
+    FrameRecorder,
     Listener,
     ModuleRecorder,
     Recorder,
@@ -96,6 +97,7 @@ class Trial(Generic[WriterT]):
             self._recorder,
             *self._module_recorders(),
             Listener(self._world, job.listen_to, job.listen_s, report),
+            *self._frame_recorders(),
             *self._repetitions(),
             *self._trails(),
             Steps(job.experiment, self._simulation),
@@ -280,6 +282,15 @@ class Trial(Generic[WriterT]):
 
     def _repetitions(self) -> list[Companion]:
         return [Repetition(self._job.acts, self._make_steering().do)] if self._job.acts else []
+
+    def _frame_recorders(self) -> list[Companion]:
+        """None beside a trail, which takes them."""
+        sample_ticks = self._keys.sample_ticks
+        return [
+            FrameRecorder(self._world, folder, sample_ticks)
+            for folder in self._folder
+            if folder.wants_frames and not self._job.trails
+        ]
 
     def _trails(self) -> list[Companion]:
         return [TrailKeeper(self._world, one, self._job.folder) for one in self._job.trails]

@@ -150,6 +150,10 @@ def application(
     def reports(request: Request) -> Response:
         return JSONResponse(served(request).reports(float(request.query_params["time_s"])))
 
+    def frames(request: Request) -> Response:
+        from_s, to_s = (float(request.query_params[name]) for name in ("from_s", "to_s"))
+        return JSONResponse(served(request).frames(from_s, to_s))
+
     def scenes() -> list[dict[str, Any]]:
         steers = None if helm is None else helm.offers()
         here = {"moments": link is not None, "steers": steers, "buses": bus is not None}
@@ -174,6 +178,7 @@ def application(
             lambda r: JSONResponse(served(r).module(r.path_params["column"], r.path_params["row"])),
         ),
         _route("/runs/{run:int}/reports", reports),
+        _route("/runs/{run:int}/frames", frames),
         WebSocketRoute("/live", _live_of(runs, pages)),
         *([] if link is None else _routes_of_link(link, helm)),
         *([] if bus is None else [_route("/bus", lambda _: JSONResponse(bus()))]),

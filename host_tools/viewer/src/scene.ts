@@ -36,6 +36,14 @@ export interface RunState {
   coarse: string;
 }
 
+// A frame from robot to robot, by their indices.
+export interface Passage {
+  begin_s: number;
+  at_s: number;
+  from: number;
+  to: number;
+}
+
 export interface Scene extends RunState {
   name: string;
   seed: number;
@@ -70,6 +78,8 @@ export interface Scene extends RunState {
   // Kinds of events after which a robot's program does not go on.
   failures: string[];
   metrics: Record<string, { unit: string; meaning: string }>;
+  // The chain that `kilotwin why` has told last, from its end on.
+  why: { lines: Passage[] } | null;
 }
 
 export interface RunEvent {

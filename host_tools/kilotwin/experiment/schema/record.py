@@ -10,7 +10,7 @@ from kilotwin.experiment.schema.section import MOST_ROBOTS, Section, Share
 from kilotwin.units import TICK_S
 
 RobotColumn = Literal["x_m", "y_m", "heading_rad", "led", "state", "site"]
-Extra = Literal["motors", "battery", "messages", "modules"]
+Extra = Literal["motors", "battery", "messages", "modules", "frames"]
 Columns = Annotated[list[RobotColumn], Field(max_length=6)]
 Interval = Annotated[float, Field(ge=TICK_S, le=1e6)]
 Index = Annotated[int, Field(ge=0, le=999_999)]
@@ -41,12 +41,13 @@ class Record(Section):
     columns: Columns | None = None
     """Columns of `robots` besides tick, time_s, robot and metrics: x_m, y_m, heading_rad, led,
     state, site; all if left out."""
-    also: Annotated[list[Extra], Field(max_length=4)] | None = None
+    also: Annotated[list[Extra], Field(max_length=5)] | None = None
     """More columns of `robots`: motors (left_duty, right_duty, 0 to 255), battery (a reading of
     get_voltage()), messages (sent, received and delivered since the start: a robot that holds
     interrupts back loses some that reach it, so that its program gets fewer; of chips that is not
     known). Null for real robots. modules, on an emulated grid: a table `modules` with each one's
-    state and error counters at each sample."""
+    state and error counters at each sample. frames, of emulated robots: a table `frames` with each
+    frame that a robot or a cell received, by whom and from whom, which the page shows as lines."""
     robots: list[Index] | None = None
     """Indices of robots with rows in `robots`; all if left out. Counts and metrics are of all
     robots."""
@@ -68,6 +69,9 @@ class Record(Section):
     """Prints kept of a robot or module; further ones are counted."""
     prints: Annotated[int, Field(ge=0)] = 1_000_000
     """Prints kept of a run."""
+    frames: Annotated[int, Field(ge=0)] = 10_000_000
+    """Rows of `frames` in a run with `also = ["frames"]`, some 15 bytes each on the disk; frames
+    behind these are left out."""
 
     @property
     def robots_every(self) -> int:
