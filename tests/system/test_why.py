@@ -1,6 +1,7 @@
 """`kilotwin why`: a run is repeated, and what a robot did is told back to its first cause."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -98,6 +99,14 @@ def test_a_chain_of_three_robots_is_told_to_the_draw_with_files_and_lines(
     assert told[-1].startswith("first cause: robot 1 drew a random number at ")
     assert told[-1].endswith(", tell.c:30 in loop()")
     assert lines[-1].startswith("See it: kilotwin view ")
+
+
+def test_the_page_shows_what_is_printed(told_run: Path, kilotwin: Kilotwin) -> None:
+    page = (ROOT / "docs/why.md").read_text()
+    asked, told = re.findall(r"^```\n(.*?)\n```", page, re.MULTILINE | re.DOTALL)
+    words = asked.split()[3:]
+    done = kilotwin("why", told_run, *words, "-q")
+    assert done.stdout.strip().splitlines()[:-2] == told.splitlines()
 
 
 def test_motors_and_variables_are_asked_for_likewise(told_run: Path, ask: Ask) -> None:

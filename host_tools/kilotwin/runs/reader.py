@@ -118,7 +118,7 @@ class Run:
         return self._table(MODULES, MODULES_SCHEMA)
 
     def frames(self) -> pa.Table:
-        """A row per frame and receiver; none unless frames were recorded."""
+        """A row per frame and receiver, of a run that recorded them."""
         return self._table(FRAMES, FRAMES_SCHEMA)
 
     def sent(self) -> pa.Table:

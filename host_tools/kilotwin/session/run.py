@@ -125,8 +125,7 @@ def run(
     `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
     interrupted. `twin`: whether native programs are held against their ATmega328P. `window`: where
     the run is seen as it goes, and `speed` how fast then (Job.speed). `covered`, `sanitized`: as
-    build_group() has them. `acts`: what is done in it again. `trails`: that of its robots' code, by
-    translations that tell what they store, or none.
+    build_group() has them. `acts`: what is done in it again. `trails`: as Job's.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")

@@ -164,6 +164,8 @@ class ServedRun:
 
     def frames(self, from_s: float, to_s: float) -> list[dict[str, Any]]:
         """Frames from robot to robot that began between two times, the first of them."""
+        if not self._run.experiment.record.has("frames"):
+            return []
         table = self._table(FRAMES, self._run.frames)
         begin_s = np.asarray(table["begin_s"])
         of_robots = [
