@@ -70,7 +70,7 @@ class Record(Section):
     prints: Annotated[int, Field(ge=0)] = 1_000_000
     """Prints kept of a run."""
     frames: Annotated[int, Field(ge=0)] = 10_000_000
-    """Rows of `frames` in a run with `also = ["frames"]`, some 15 bytes each on the disk; frames
+    """Rows of `frames` in a run with `also = ["frames"]`, some 30 bytes each on the disk; frames
     behind these are left out."""
 
     @property
