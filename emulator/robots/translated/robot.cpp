@@ -56,8 +56,11 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
     translated_chip_t::stores = [](translated_chip_t *chip, uint16_t address, uint8_t value) {
         static_cast<TranslatedRobot *>(chip)->stores(address, value);
     };
-    if (const Trail *trail = robot.context->trail; trail != nullptr) [[unlikely]]
-        if (trail->looks_closely_at(robot.index)) recalls_in = INT32_MAX, executes = 1;
+    const Trail *const trail = robot.context->trail;
+    if (trail != nullptr && trail->looks_closely_at(robot.index)) [[unlikely]] {
+        recalls_in = INT32_MAX;
+        executes = 1;
+    }
     const unsigned all = (1u << ENGINE_CALLS) - 1;
     calls = static_cast<uint8_t>(robot.context->gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
     limit_ = image_.cycle;

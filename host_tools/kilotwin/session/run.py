@@ -124,8 +124,7 @@ def run(
 
     `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
     interrupted. `twin`: whether native programs are held against their ATmega328P. `window`: where
-    the run is seen as it goes, and `speed` how fast then (Job.speed). `covered`, `sanitized`: as
-    build_group() has them. `acts`: what is done in it again. `trails`: as Job's.
+    the run is seen as it goes. `covered`, `sanitized`: as build_group() has them; others as Job.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
