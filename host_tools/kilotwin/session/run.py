@@ -145,11 +145,10 @@ def run(
     natives = native_kilobots(experiment, guests)
     twins = Twins(natives, twin, display.note, listens=serving is None)
     with BlackBox.made() as black_box, Optimiser(built) as optimiser:
-        files = [str(guest.file) for guest in guests]
         module_file = "" if modules is None else str(modules.file)
         job = Job(
             experiment,
-            files,
+            [str(guest.file) for guest in guests],
             folder.absolute(),
             manifest,
             str(black_box.path),
