@@ -353,6 +353,30 @@ def frame_rows(arrivals: NDArray[np.void]) -> pa.RecordBatch:
     return pa.record_batch(columns, schema=FRAMES_SCHEMA)
 
 
+CELLS_SCHEMA = pa.schema(
+    [
+        field("tick", pa.int64(), "32.768 ms"),
+        field("time_s", pa.float64(), "s"),
+        field("cell", pa.uint32(), "row by row of cells from the lower left"),
+        field("colour", pa.uint8(), "bit 0 red, bit 1 green, bit 2 blue"),
+        field("brightness", pa.uint8(), "the largest pulse width of the three"),
+    ]
+)
+"""`cells`: a row for each cell at the samples at which it shows something else than before; dark
+is not shown at first."""
+
+
+def cell_rows(tick: int, cells: NDArray[np.intp], shown: NDArray[np.uint8]) -> pa.RecordBatch:
+    """The rows of some cells at one sample. `shown`: [cells, 2] colour and brightness."""
+    number = len(cells)
+    columns = [np.full(number, tick), np.full(number, tick * TICK_S), cells, *shown.T]
+    arrays = [
+        pa.array(np.ascontiguousarray(values), type=column.type)
+        for values, column in zip(columns, CELLS_SCHEMA, strict=True)
+    ]
+    return pa.record_batch(arrays, schema=CELLS_SCHEMA)
+
+
 SENT_SCHEMA = pa.schema(
     [
         field("time_s", pa.float64(), "s, when the overhead controller had it"),

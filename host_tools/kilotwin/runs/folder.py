@@ -47,6 +47,7 @@ CAN_LOG = "can.log"
 SENT = "sent"
 MODULES = "modules"
 FRAMES = "frames"
+CELLS = "cells"
 
 # Events of a program's prints.
 PRINT = "print"

@@ -16,6 +16,7 @@ from kilotwin.experiment.pictures import Picture, floor_picture
 from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.runs.columns import (
+    CELLS_SCHEMA,
     FRAMES_SCHEMA,
     MODULES_SCHEMA,
     SENT_SCHEMA,
@@ -23,6 +24,7 @@ from kilotwin.runs.columns import (
     Records,
 )
 from kilotwin.runs.folder import (
+    CELLS,
     EVENTS,
     EXPERIMENT,
     FINISHED,
@@ -120,6 +122,10 @@ class Run:
     def frames(self) -> pa.Table:
         """A row per frame and receiver, of a run that recorded them."""
         return self._table(FRAMES, FRAMES_SCHEMA)
+
+    def cells(self) -> pa.Table:
+        """A row for each change of what a cell of a lab's own module program shows."""
+        return self._table(CELLS, CELLS_SCHEMA)
 
     def sent(self) -> pa.Table:
         """A row per word that an environment told a robot; none without an environment."""

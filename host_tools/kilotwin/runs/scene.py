@@ -15,7 +15,7 @@ from kilotwin.experiment.pictures import Picture
 from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.schema.profile_defaults import PROFILES
 from kilotwin.experiment.spec.grid_layout import Layout, walls_on_cells
-from kilotwin.experiment.spec.grid_plan import plan_of
+from kilotwin.experiment.spec.grid_plan import is_ours, plan_of
 from kilotwin.experiment.spec.informed import informed_ranges
 from kilotwin.experiment.spec.objects import parts_of
 from kilotwin.experiment.states import States
@@ -146,4 +146,6 @@ def _grid(run: Run) -> dict[str, Any] | None:
         if grid.configuration is not None
         else np.flatnonzero(walls_on_cells(layout, grid.wall_cells)).tolist(),
         "maps": maps,
+        # Of a lab's own program only what was recorded says what cells show.
+        "recorded": not is_ours(grid) and "engine" in run.manifest,
     }

@@ -20,20 +20,25 @@ from numpy.typing import NDArray
 from kilotwin import __version__
 from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.schema.record import Record
+from kilotwin.experiment.spec.grid_plan import is_ours
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.columns import (
+    CELLS_SCHEMA,
     FRAMES_SCHEMA,
     MODULES_SCHEMA,
     Records,
+    cell_rows,
     chosen_of,
     frame_rows,
     module_rows,
 )
 from kilotwin.runs.event_places import uid_of
 from kilotwin.runs.folder import (
+    CELLS,
     EVENTS,
     EXPERIMENT,
     FRAMES,
@@ -77,6 +82,8 @@ class RunWriter:
             more[OBJECTS] = self._records.objects_schema
         if experiment.keys.record.has("modules") and "engine" in manifest:
             more[MODULES] = MODULES_SCHEMA
+        if _shows_cells(experiment.keys) and "engine" in manifest:
+            more[CELLS] = CELLS_SCHEMA
         if experiment.keys.record.has("frames") and "engine" in manifest:
             more[FRAMES] = FRAMES_SCHEMA
         self._frames_left = experiment.keys.record.frames
@@ -115,6 +122,15 @@ class RunWriter:
     def add_modules(self, tick: int, modules: "list[ModuleRecord]") -> None:
         """Writes how a grid's modules are at a sample; only if `wants_modules`."""
         self._more[MODULES].write(module_rows(tick, modules))
+
+    @property
+    def wants_cells(self) -> bool:
+        """Whether what cells show is recorded."""
+        return CELLS in self._more
+
+    def add_cells(self, tick: int, cells: NDArray[np.intp], shown: NDArray[np.uint8]) -> None:
+        """Writes what some cells show from a sample on; only if `wants_cells`."""
+        self._more[CELLS].write(cell_rows(tick, cells, shown))
 
     @property
     def wants_frames(self) -> bool:
@@ -173,6 +189,11 @@ class RunWriter:
                     _keep_as_parquet(stream_file)
         finally:
             self._reserve.release()
+
+
+def _shows_cells(keys: ExperimentSchema) -> bool:
+    """Whether cells show what a lab's own module program says, which no plan knows."""
+    return keys.grid is not None and not is_ours(keys.grid)
 
 
 class _Due:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
+import numpy as np
+
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts
 from kilotwin.metrics.meter import Meter, metrics_summary
@@ -244,6 +246,35 @@ class FrameRecorder(Companion):
     def finish(self) -> None:
         """Writes the rest."""
         self._writer.add_frames(self._simulation.arrivals())
+
+
+class CellRecorder(Companion):
+    """Records what cells show, at the samples at which it is something else than before."""
+
+    def __init__(self, world: EmulatedWorld, writer: RunWriter, sample_ticks: int) -> None:
+        self._world = world
+        self._writer = writer
+        self._sample_ticks = sample_ticks
+        self._next = 0
+        self._shown = np.zeros_like(world.simulation.cells().reshape(-1, 2))
+
+    def step(self, now: int) -> None:
+        """Records them, if this is a sample."""
+        if now >= self._next:
+            self.finish()
+            self._next = (now // self._sample_ticks + 1) * self._sample_ticks
+
+    def next_due(self) -> int:
+        """The next sample."""
+        return self._next
+
+    def finish(self) -> None:
+        """Records those that show something else now."""
+        shows = self._world.simulation.cells().reshape(-1, 2)
+        cells = np.flatnonzero((shows != self._shown).any(axis=1))
+        if len(cells):
+            self._writer.add_cells(self._world.tick, cells, shows[cells])
+        self._shown = shows
 
 
 class ModuleRecorder(Companion):

@@ -25,6 +25,7 @@ from kilotwin.session.faster_code import FasterCode
 from kilotwin.session.job import Job
 from kilotwin.session.loop import Attention, Companion, Each, Session
 from kilotwin.session.recorder import (
+    CellRecorder,
     FrameRecorder,
     Listener,
     ModuleRecorder,
@@ -273,12 +274,13 @@ class Trial(Generic[WriterT]):
     def _module_recorders(self) -> list[Companion]:
         if self._job.serving is not None:
             return []
-        sample_ticks = self._keys.sample_ticks
-        return [
-            ModuleRecorder(self._world, folder, sample_ticks)
-            for folder in self._folder
-            if folder.wants_modules
-        ]
+        sample_ticks, recorders = self._keys.sample_ticks, list[Companion]()
+        for folder in self._folder:
+            if folder.wants_modules:
+                recorders.append(ModuleRecorder(self._world, folder, sample_ticks))
+            if folder.wants_cells:
+                recorders.append(CellRecorder(self._world, folder, sample_ticks))
+        return recorders
 
     def _repetitions(self) -> list[Companion]:
         return [Repetition(self._job.acts, self._make_steering().do)] if self._job.acts else []

@@ -11,7 +11,7 @@ import pyarrow.compute as pc
 from kilotwin.errors import InputError
 from kilotwin.runs.columns import COUNTERS
 from kilotwin.runs.event_places import uid_of
-from kilotwin.runs.folder import FRAMES, MANIFEST, PRINT, RUNNING, SENT, TRACKING
+from kilotwin.runs.folder import CELLS, FRAMES, MANIFEST, PRINT, RUNNING, SENT, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
 from kilotwin.runs.sampling import coarseness
@@ -161,6 +161,19 @@ class ServedRun:
         _, from_behind = np.unique(robots[::-1], return_index=True)
         last = table.take(np.sort(number - 1 - from_behind)).to_pylist()
         return [[row[column] for column in REPORTED] for row in last]
+
+    def cells(self, time_s: float) -> list[list[int]]:
+        """What cells of a lab's own module program show at a time: the cell, colour (bits: red,
+        green, blue) and brightness of each that is not dark."""
+        if not (self._folder / f"{CELLS}.arrows").exists():
+            return []
+        table = self._table(CELLS, self._run.cells)
+        number = int(np.searchsorted(np.asarray(table["time_s"]), time_s, side="right"))
+        cells = np.asarray(table["cell"])[:number]
+        _, from_behind = np.unique(cells[::-1], return_index=True)
+        rows = table.take(number - 1 - from_behind)
+        columns = [rows[name].to_pylist() for name in ("cell", "colour", "brightness")]
+        return [list(row) for row in zip(*columns, strict=True) if row[1]]
 
     def frames(self, from_s: float, to_s: float) -> list[dict[str, Any]]:
         """Frames from robot to robot that began between two times, the first of them."""

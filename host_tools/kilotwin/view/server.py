@@ -150,6 +150,9 @@ def application(
     def reports(request: Request) -> Response:
         return JSONResponse(served(request).reports(float(request.query_params["time_s"])))
 
+    def cells(request: Request) -> Response:
+        return JSONResponse(served(request).cells(float(request.query_params["time_s"])))
+
     def frames(request: Request) -> Response:
         from_s, to_s = (float(request.query_params[name]) for name in ("from_s", "to_s"))
         return JSONResponse(served(request).frames(from_s, to_s))
@@ -178,6 +181,7 @@ def application(
             lambda r: JSONResponse(served(r).module(r.path_params["column"], r.path_params["row"])),
         ),
         _route("/runs/{run:int}/reports", reports),
+        _route("/runs/{run:int}/cells", cells),
         _route("/runs/{run:int}/frames", frames),
         WebSocketRoute("/live", _live_of(runs, pages)),
         *([] if link is None else _routes_of_link(link, helm)),

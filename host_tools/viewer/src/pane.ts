@@ -95,7 +95,7 @@ export class Pane {
     window.addEventListener("redraw", () => (this.stale = true));
     this.failures = new Failures(scene);
     this.passages = new Passages(scene, source, run);
-    this.floor = new Floor(scene);
+    this.floor = new Floor(scene, (timeS) => source.cells(run, timeS));
     this.robots = new Robots(scene, this.ids.length, this.ids);
     this.dots = new Dots(scene, this.ids.length, this.ids);
     this.rings = new Rings(this.robots.places, this.ids.length, scene.radius_m, scene.range_m);

@@ -25,6 +25,8 @@ export interface Grid {
   cell_m: number;
   walls: number[];
   maps: [number, number[]][];
+  // Whether what cells show was recorded, which `cells` of the source says.
+  recorded: boolean;
 }
 
 export interface RunState {
@@ -109,6 +111,9 @@ export interface ModuleAnswer {
   number: number; // of reports
   reports: [number, number, number, string | null][]; // time in s, robot, cell, state
 }
+
+// cell, colour (bit 0 red, bit 1 green, bit 2 blue), brightness of 255
+export type Lit = [number, number, number];
 
 // time in s, robot, x, y, column and row of the module, cell
 export type Report = [number, number, number, number, number, number, number];
