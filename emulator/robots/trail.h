@@ -61,7 +61,7 @@ class Trail {
         Cycles before = NEVER;   ///< when the same was last changed; NEVER: not before
         Cycles heard = NEVER;    ///< end of the frame that the callback got, of During::MESSAGE
         uint32_t heard_nth = 0;  ///< of several that ended then, the number of the one
-        Input drawn, sensed;     ///< the last ones of this robot before
+        Input drawn = {}, sensed = {};  ///< the last ones of this robot before
         uint32_t robot = 0;
         uint32_t tick = 0;  ///< its kilo_ticks
         uint32_t path = 0;  ///< where its code was: index of paths()
