@@ -22,7 +22,6 @@ from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.schema.record import Record
-from kilotwin.experiment.spec.grid_plan import is_ours
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
@@ -193,7 +192,11 @@ class RunWriter:
 
 def _shows_cells(keys: ExperimentSchema) -> bool:
     """Whether cells show what a lab's own module program says, which no plan knows."""
-    return keys.grid is not None and not is_ours(keys.grid)
+    if keys.grid is None:
+        return False
+    from kilotwin.experiment.spec.grid_plan import is_ours
+
+    return not is_ours(keys.grid)
 
 
 class _Due:
