@@ -85,7 +85,7 @@ class RunWriter:
             more[CELLS] = CELLS_SCHEMA
         if experiment.keys.record.has("frames") and "engine" in manifest:
             more[FRAMES] = FRAMES_SCHEMA
-        self._frames_left = experiment.keys.record.frames
+        self._frames_left = experiment.keys.record.most_frames
         self._more = {name: Stream(folder / f"{name}.arrows", more[name]) for name in more}
         self._events = (folder / EVENTS).open("w")
         self.before_event: Callable[[], None] = lambda: None

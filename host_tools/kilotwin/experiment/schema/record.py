@@ -15,6 +15,8 @@ Columns = Annotated[list[RobotColumn], Field(max_length=6)]
 Interval = Annotated[float, Field(ge=TICK_S, le=1e6)]
 Index = Annotated[int, Field(ge=0, le=999_999)]
 
+_MOST_FRAMES = 10_000_000
+
 EXTRA_OF: dict[str, Extra] = {
     "left_duty": "motors",
     "right_duty": "motors",
@@ -69,14 +71,21 @@ class Record(Section):
     """Prints kept of a robot or module; further ones are counted."""
     prints: Annotated[int, Field(ge=0)] = 1_000_000
     """Prints kept of a run."""
-    frames: Annotated[int, Field(ge=0)] = 10_000_000
+    frames: Annotated[int, Field(ge=0)] | None = None
     """Rows of `frames` in a run with `also = ["frames"]`, some 30 bytes each on the disk; frames
-    behind these are left out."""
+    behind these are left out. 10 million if it is not given."""
 
     @property
     def robots_every(self) -> int:
         """How many samples are from one row of a robot to the next."""
         return 1 if self.robots_s is None else max(1, round(self.robots_s / self.sample_s))
+
+    @property
+    def most_frames(self) -> int:
+        """Rows of `frames` that a run has at most; 0 without them."""
+        if not self.has("frames"):
+            return 0
+        return _MOST_FRAMES if self.frames is None else self.frames
 
     def has(self, extra: Extra) -> bool:
         """Whether `also` names it."""
