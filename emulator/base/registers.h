@@ -77,8 +77,8 @@ constexpr uint32_t VECTOR_BYTES = 4;
 
 /// A byte of flash that is erased.
 constexpr uint8_t ERASED = 0xFF;
-/// End of SRAM in data space.
-constexpr uint16_t SRAM_END = 0x900;
+/// SRAM in data space, behind the registers.
+constexpr uint16_t SRAM_BEGIN = 0x100, SRAM_END = 0x900;
 /// Size of the flash; addresses wrap there.
 constexpr uint32_t FLASH_BYTES = 32 * 1024;
 

@@ -37,7 +37,8 @@ bool IdealCells::run(Cycles /*turn*/, Cycles next) {
     for (uint32_t robot : grid_.robots_near(cell)) {
         const double distance = distance_m(robot, cell);
         if (distance > grid_.infrared().cell_range_m || !crc_is_right(sent.message)) continue;
-        channel_.deliver(robot, sent.at, sent.message, whole_mm(distance));
+        channel_.deliver(robot, {Trail::Kind::CELL, cell}, sent.at, sent.message,
+                         whole_mm(distance));
     }
     grid_.answer(asked->module, sent.at, Module::Answer::SENT);
     return true;
@@ -48,6 +49,9 @@ void IdealCells::shine_from_robot(Frame &frame, const Eigen::Vector2d &from) {
     if (!cell) return;
     const int16_t mm = whole_mm(distance_m(frame.sender, *cell));
     grid_.counts.received++;
+    if (Trail *const trail = channel_.trail(); trail != nullptr) [[unlikely]]
+        trail->arrived({Trail::Kind::ROBOT, frame.sender}, {Trail::Kind::CELL, *cell}, frame.begin,
+                       channel_.received_at(frame.begin), frame.message->message());
     grid_.receive_ir(channel_.received_at(frame.begin), *cell, frame.message->message(), {mm, mm},
                      !frame.message->crc_is_right());
 }
@@ -186,6 +190,9 @@ void GuestCells::received(const Frame &frame, const Reached &reached) {
         return;
     }
     grid_.counts.received++;
+    if (Trail *const trail = channel_.trail(); trail != nullptr) [[unlikely]]
+        trail->arrived(trail->station(frame.sender), trail->station(reached.station), frame.begin,
+                       frame.begin + FRAME_CYCLES, frame.message->message());
     grid_.receive_ir(frame.begin + FRAME_CYCLES, cell_of(reached.station), frame.message->message(),
                      gains_.measure(reached.distance_mm, 0, 0), !frame.message->crc_is_right());
 }

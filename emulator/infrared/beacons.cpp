@@ -48,7 +48,8 @@ bool IdealBeacons::run(Cycles /*turn*/, Cycles next) {
     const auto index = static_cast<uint32_t>(beacon - beacons_.data());
     for_each_receiver(index, [&](uint32_t robot, double distance_m) {
         const auto mm = static_cast<int16_t>(std::lround(std::min(distance_m * 1000, 32767.0)));
-        channel_.deliver(robot, beacon->next, beacon->def.message, mm);
+        channel_.deliver(robot, {Trail::Kind::BEACON, index}, beacon->next, beacon->def.message,
+                         mm);
     });
     beacon->next += beacon->def.period;
     return true;

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "base/chance.h"
@@ -50,6 +51,8 @@ struct ChannelContext {
     bool run_ahead;                    ///< false: robots are executed tick by tick
     /// The region that each overhead controller covers; empty: there is one, over all robots.
     const std::vector<Region> &overhead;
+    /// Of frames that are received; null: none is kept.
+    const std::unique_ptr<Trail> &trail;
 };
 
 class Channel {
@@ -112,6 +115,9 @@ class Channel {
     void prefetch_next_begin(uint32_t robot) const { prefetch_line(&next_begin_[robot]); }
 
     const ChannelCounts &counts() const { return counts_; }
+
+    /// Of frames that are received; null: none is kept.
+    Trail *trail() const { return context_.trail.get(); }
 
     /// By robot.
     virtual std::vector<FrameCounts> frames() const = 0;

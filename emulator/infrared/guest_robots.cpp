@@ -301,6 +301,9 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
     station.counts.received++;
     Robot &robot = context_.robots[index];
     const Cycles end = frame.begin + FRAME_CYCLES;
+    if (Trail *const trail = channel_.trail(); trail != nullptr) [[unlikely]]
+        trail->arrived(trail->station(frame.sender), {Trail::Kind::ROBOT, index}, frame.begin, end,
+                       frame.message->message());
     robot.receive(end, frame.message->message(), receiver_.measure(frame, reached, draw));
     // It may be ordered to run, and then to send, or to answer, before the others are past that.
     const bool is_asked = frame.message->message().type == BOOTPGM_QUERY;

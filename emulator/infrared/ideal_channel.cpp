@@ -47,6 +47,10 @@ void IdealChannel::run(Cycles begin, Cycles end, Cycles /*limit*/) {
         for (auto &robot : context_.robots) {
             if (!is_covered(robot.index(), frame.controller) || robot.is_deaf()) continue;
             counts_.above_reached++;
+            if (trail() != nullptr) [[unlikely]]
+                trail()->arrived({Trail::Kind::ABOVE, frame.controller},
+                                 {Trail::Kind::ROBOT, robot.index()}, frame.at - FRAME_CYCLES,
+                                 frame.at, frame.message);
             robot.receive(frame.at, frame.message, {});
             order(robot.index(), frame.at);
             counts_.above_received++;
@@ -143,6 +147,9 @@ void IdealChannel::send(const Emission &emission) {
     const Cycles at = received_at(emission.at);
     for (const auto &receiver : receivers_of(sender)) {
         if (context_.robots[receiver.robot].is_deaf()) continue;
+        if (trail() != nullptr) [[unlikely]]
+            trail()->arrived({Trail::Kind::ROBOT, sender}, {Trail::Kind::ROBOT, receiver.robot},
+                             emission.at, at, emission.message);
         auto gain = static_cast<int16_t>(std::min<uint16_t>(receiver.distance_mm, INT16_MAX));
         context_.robots[receiver.robot].receive(at, emission.message, {gain, gain});
         frames_of_[receiver.robot].received++;
@@ -150,10 +157,12 @@ void IdealChannel::send(const Emission &emission) {
     }
 }
 
-// A cell's frame: the grid has found that the robot is in range.
-void IdealChannel::deliver(uint32_t robot, Cycles begin, const message_t &message,
-                           int16_t distance_mm) {
+// The sender's kind has found that the robot is in range.
+void IdealChannel::deliver(uint32_t robot, Trail::Station from, Cycles begin,
+                           const message_t &message, int16_t distance_mm) {
     if (context_.robots[robot].is_deaf()) return;
+    if (trail() != nullptr) [[unlikely]]
+        trail()->arrived(from, {Trail::Kind::ROBOT, robot}, begin, received_at(begin), message);
     context_.robots[robot].receive(received_at(begin), message, {distance_mm, distance_mm});
     frames_of_[robot].received++;
     counts_.received++;

@@ -54,8 +54,9 @@ class IdealChannel final : public Channel {
     /// Where robots are.
     const Bodies &bodies() const { return context_.bodies; }
 
-    /// A cell's frame reaches a robot.
-    void deliver(uint32_t robot, Cycles begin, const message_t &message, int16_t distance_mm);
+    /// The frame of a cell or a beacon reaches a robot.
+    void deliver(uint32_t robot, Trail::Station from, Cycles begin, const message_t &message,
+                 int16_t distance_mm);
 
   private:
     /// A robot as sender: half a line of the cache.

@@ -31,7 +31,7 @@ void VirtualFloor::give(Robot &robot, Told &told, Cycles at, Cycles until) {
     message.type = WIRE_TYPE_CELL;
     wire_put_cell(message.data, told.cell);
     for (at = std::max(at, told.due); at < until; at = told.due) {
-        robot.receive_beside(at, message);
+        robot.receive_beside(at, message, Trail::Kind::FLOOR);
         const Cycles repeat = at + settings_.repeat_ticks * TICK_CYCLES - longest_gap_;
         told.due = next_sensing(begin_of_step(repeat, world_step_));
     }

@@ -12,6 +12,7 @@
 #include "python/arrays.h"
 #include "python/grid.h"
 #include "python/specification.h"
+#include "python/trail.h"
 
 namespace nb = nanobind;
 
@@ -306,6 +307,7 @@ void register_simulation(nb::module_ &m) {
     register_results(simulation);
     register_robots(simulation);
     register_grid(simulation);
+    register_trail(simulation);
 }
 
 }  // namespace kilotwin

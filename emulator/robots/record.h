@@ -21,6 +21,7 @@
 #include "robots/infrared_gains.h"
 #include "robots/sensors.h"
 #include "robots/timer.h"
+#include "robots/trail.h"
 
 namespace kilotwin {
 
@@ -81,6 +82,7 @@ struct RobotContext {
     Readings readings = usual_readings();  ///< of sensors that read the same for all robots
     bool recalls_passes = true;            ///< of translated programs, those that change nothing
     Listening *listening = nullptr;        ///< null: to none
+    Trail *trail = nullptr;                ///< of what their code does; null: none is kept
 };
 
 /// Faults that are noted once per robot, as bits: mistakes that its program survives, and an order

@@ -95,7 +95,10 @@ class alignas(64) Robot {
 
     /// The same of a message that is no light, but comes beside the medium: it is never missed,
     /// also if others come at the same time.
-    void receive_beside(Cycles at, const message_t &message) {
+    void receive_beside(Cycles at, const message_t &message, Trail::Kind from) {
+        if (record_.context->trail != nullptr) [[unlikely]]
+            record_.context->trail->arrived({from, 0}, {Trail::Kind::ROBOT, index()}, at, at,
+                                            message);
         record_.receive(at, message, {});
         driver().received_beside(record_, at);
     }

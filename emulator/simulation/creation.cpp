@@ -209,7 +209,8 @@ void Simulation::create_kilobot_channel() {
     const auto beacons = static_cast<uint32_t>(def_.beacons.size());
     auto channel = std::make_unique<KilobotChannel>(
         *def_.kilobot_medium,
-        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead, def_.overhead},
+        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead, def_.overhead,
+                       trail_},
         beacons + cells, !floor_.exists() && may_run_ahead(),
         [this](uint32_t robot, Cycles until) { ran_ahead(robot, until); });
     if (!boards_.empty())
@@ -237,8 +238,8 @@ void Simulation::create_ideal_channel() {
         throw EngineError("boards need the kilobot medium: the ideal one has no pulses");
     auto channel = std::make_unique<IdealChannel>(
         IdealChannel::Settings{def_.range_m, def_.line_of_sight, def_.profile.radius_m},
-        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead,
-                       def_.overhead});
+        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead, def_.overhead,
+                       trail_});
     if (!def_.beacons.empty())
         stations_.push_back(
             std::make_unique<IdealBeacons>(def_.beacons, def_.range_m, *channel, chance_));

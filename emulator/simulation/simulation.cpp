@@ -120,7 +120,7 @@ void Simulation::give(const Command &command, Cycles at) {
         if (!command.is_everywhere() &&
             (bodies_.position(index) - command.centre).norm() > command.radius_m)
             continue;
-        robot.receive_beside(at, command.message);
+        robot.receive_beside(at, command.message, Trail::Kind::COMMAND);
         channel_->order(index, at);
     }
 }
@@ -301,6 +301,19 @@ void Simulation::add_extras(Samples &samples, const SampleExtras &extras) const 
 void Simulation::listen_to(std::vector<uint32_t> robots) {
     listening_ = {std::move(robots)};
     context_.listening = listening_.robots.empty() ? nullptr : &listening_;
+}
+
+Trail &Simulation::keep_trail(size_t capacity, bool of_code) {
+    const uint32_t cells = grid_ ? grid_->layout().cells() : 0;
+    trail_ = std::make_unique<Trail>(static_cast<uint32_t>(size()),
+                                     static_cast<uint32_t>(def_.beacons.size()), cells, capacity);
+    context_.trail = of_code ? trail_.get() : nullptr;
+    return *trail_;
+}
+
+Trail &Simulation::trail() const {
+    if (!trail_) throw EngineError("no trail is kept");
+    return *trail_;
 }
 
 std::vector<Heard> Simulation::heard_by(uint32_t robot) const {

@@ -203,6 +203,11 @@ class Simulation {
     /// Those before now, in order of time.
     std::vector<Heard> heard_by(uint32_t robot) const;
 
+    /// From now on a trail is kept (robots/trail.h); of what robots' code does too if `of_code`.
+    Trail &keep_trail(size_t capacity, bool of_code);
+    /// EngineError if none is kept.
+    Trail &trail() const;
+
     /// Seconds that a robot's motors were on so far while neither turned.
     double hummed_s(uint32_t robot) const { return bodies_.hummed_s(robot); }
 
@@ -266,6 +271,7 @@ class Simulation {
     std::vector<Emission> emissions_;  ///< of the robot executed last; the channel takes them
     BlackBox *black_box_ = nullptr;    ///< mapped file that tells which robot runs, or null
     Listening listening_;
+    std::unique_ptr<Trail> trail_;                     ///< null: none is kept
     RobotContext context_;                             ///< what all robots share
     std::vector<std::unique_ptr<Driver>> drivers_;     ///< by group
     Swarm<Robot> robots_;                              ///< by index; those on boards too

@@ -81,6 +81,14 @@ class Event(TypedDict):
     text: str
     code: NotRequired[list[int]]  # addresses in its program's file, innermost first
 
+class Trail(TypedDict):
+    """What robots' code did; python/trail.cpp names the fields of the arrays."""
+
+    writes: NDArray[np.void]
+    sendings: NDArray[np.void]
+    paths: list[list[int]]  # byte addresses, the innermost first
+    forgotten: int
+
 class ModuleRecord(TypedDict):
     """A module at present."""
 
@@ -159,6 +167,16 @@ class Simulation:
     def decisions(self) -> NDArray[np.uint32]: ...  # [N]: times that LED or motors changed
     def listen_to(self, robots: Sequence[int]) -> None: ...  # native ones
     def heard_by(self, robot: int) -> list[Heard]: ...
+    def keep_trail(
+        self,
+        capacity: int,
+        draws: Sequence[Sequence[tuple[int, int]]],
+        robot: int,
+        begin: int,
+        end: int,
+    ) -> None: ...
+    def arrivals(self) -> NDArray[np.void]: ...  # python/trail.cpp names the fields
+    def trail(self) -> Trail: ...
     def hummed_s(self) -> NDArray[np.float64]: ...  # [N]: motors on, and neither turning
     def state(self, robot: int) -> bytes: ...
     def program(self, robot: int) -> str: ...

@@ -29,6 +29,7 @@ RUN_ELSEWHERE = {
     "docs/porting.md": "tests/port/test_findings_page.py",
     "docs/python_api.md": "tests/unit/runs/test_world.py",
     "docs/testing.md": "tests/unit/testing/test_plugin.py",
+    "docs/why.md": "tests/system/test_why.py",
 }
 # Blocks without a language: commands, whose words test_docs.py looks up, and what they printed.
 NOT_RUN = {

@@ -209,6 +209,8 @@ void TranslatedRobot::take_message() {
         is_light ? take_flaw(clock_.own_cycle(reception.at - robot_.context->frame)) : std::nullopt;
     if (!hears_light() || high_gain == FlawedFrame::LOST) return;
     message_t message = reception.message;
+    if (robot_.context->trail != nullptr) [[unlikely]]
+        robot_.context->trail->hears(robot_.index, reception.at);
     begin_interrupt(Interrupt::MESSAGE);
     TranslatedStack stack(data);
     for (const uint8_t saved : SAVED) stack.push(data[saved]);
@@ -461,6 +463,8 @@ void TranslatedRobot::send() {
     const uint16_t address = std::min<uint16_t>(word(24), SRAM_END - sizeof message);
     std::memcpy(&message, data + address, sizeof message);
     robot_.now = asked_at();
+    if (robot_.context->trail != nullptr) [[unlikely]]
+        robot_.context->trail->sends(robot_.index, robot_.now, address, message);
     if (image_.granted || !robot_.arbitrated) return put_on_air(message);
     robot_.outgoing = message;
     wait_for_answer(CALL_SEND, RobotRecord::Question::IS_CHANNEL_FREE);
@@ -520,6 +524,9 @@ void TranslatedRobot::convert() {
         (is_slow ? CONVERT_SLOWLY_CYCLES : CONVERT_CYCLES) + cycles_of_triggered();
     const uint64_t originals = is_slow ? ORIGINAL_CONVERT_SLOWLY_CYCLES : ORIGINAL_CONVERT_CYCLES;
     if (is_original) at(ADMUX) = 0;
+    if (robot_.context->trail != nullptr) [[unlikely]]
+        robot_.context->trail->sensed(robot_.index, robot_.now, reading,
+                                      avr_code_path(pc, data, flash));
     come_back(static_cast<uint16_t>(reading), is_original ? originals : ours);
     image_.converted = cycle();
     image_.conversion = static_cast<int16_t>(reading);

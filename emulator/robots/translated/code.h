@@ -27,9 +27,10 @@
 #include "robots/translated/passes/counters.h"
 #include "robots/translated/passes/loops.h"
 #include "robots/translated/passes/pass.h"
+#include "robots/translated/watched.h"
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 10
+#define TRANSLATION_VERSION 11
 
 /// State of a chip, for the time of a call.
 typedef struct translated_chip {
@@ -66,6 +67,12 @@ typedef struct translated_chip {
     uint8_t (*pin_written)(struct translated_chip *chip, uint16_t address);
     /// A division by zero begins. The program counter and the stack pointer are here meanwhile.
     void (*divides_by_zero)(struct translated_chip *chip);
+    /// Of a translation that is watched: `value` is about to take the place of another one. The
+    /// program counter, the stack pointer and `left` are those of the instruction.
+    void (*stores)(struct translated_chip *chip, uint16_t address, uint8_t value);
+    /// Of such a translation: the jump by which a function has gone on in another one, which
+    /// returns in its place; 0: none since the last call or return.
+    uint32_t jumped;
 } translated_chip_t;
 
 /// An access to this register does more than reading or writing a byte; CHANGE_EFFECT, of guests: a
@@ -454,6 +461,7 @@ enum {
     do {                                                              \
         const uint16_t m_ = (uint16_t)(address);                      \
         if (__builtin_expect(!IN_SRAM(m_), 0)) HAND_OVER(at, offset); \
+        NOTE_STORE(at, offset, m_, r);                                \
         WRITE_SRAM(m_, r);                                            \
     } while (0)
 /// Before an access to a register below 0x100 that may have one of the effects.
@@ -468,17 +476,18 @@ enum {
 /// The byte itself. One that shows on a pin is told to the engine at its time, without leaving the
 /// region: all that the engine does then is to look at the pins, and no interrupt moves. It says
 /// what that makes of the pass.
-#define WRITE_REGISTER(offset, address, r)                                         \
+#define WRITE_REGISTER(at, offset, address, r)                                     \
     do {                                                                           \
         const uint8_t shows_ = effects[address] & PIN_EFFECT && M[address] != (r); \
         WRITE(address, r);                                                         \
         if (__builtin_expect(shows_, 0)) {                                         \
+            NOTE_PLACE(at, offset);                                                \
             chip->left = left - (offset);                                          \
             changed |= chip->pin_written(chip, address);                           \
         }                                                                          \
     } while (0)
 #else
-#define WRITE_REGISTER(offset, address, r) WRITE(address, r)
+#define WRITE_REGISTER(at, offset, address, r) WRITE(address, r)
 #define FOR_WRITE(at, offset, address, r) FOR_EFFECT(at, offset, address, WRITE_EFFECT)
 #endif
 /// A register below 0x100; three of them are locals, and the status register is put together.
@@ -527,7 +536,7 @@ enum {
             if (o_ >> 7 > inf) LET(offset);                                               \
             if (o_ >> 7 < inf) HOLD(offset);                                              \
         } else {                                                                          \
-            WRITE_REGISTER(offset, address, o_);                                          \
+            WRITE_REGISTER(at, offset, address, o_);                                      \
         }                                                                                 \
     } while (0)
 /// The stack grows downwards; its pointer is to the next free byte.
@@ -547,12 +556,14 @@ enum {
     do {                                                                                  \
         if (__builtin_expect(!IN_SRAM(sp) || !IN_SRAM(sp - 1), 0)) HAND_OVER(at, offset); \
         M[sp] = (uint8_t)((to) / 2), M[sp - 1] = (uint8_t)((to) / 2 >> 8);                \
+        NOTE_JUMP(0);                                                                     \
         sp = (uint16_t)(sp - 2);                                                          \
     } while (0)
 /// Goes where the stack says, `cycles` after the block's begin.
 #define RETURN(at, offset, cycles)                                                            \
     do {                                                                                      \
         if (__builtin_expect(!IN_SRAM(sp + 1) || !IN_SRAM(sp + 2), 0)) HAND_OVER(at, offset); \
+        NOTE_JUMP(0);                                                                         \
         sp = (uint16_t)(sp + 2);                                                              \
         RETURNED                                                                              \
         GO_TO((uint32_t)(M[sp - 1] << 8 | M[sp]) * 2, cycles);                                \

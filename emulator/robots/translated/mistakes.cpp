@@ -12,7 +12,7 @@ using namespace atmega328p;
 namespace {
 
 constexpr uint16_t NO_CODE = 0xFFFF;  // erased flash
-constexpr uint16_t REGISTERS_END = 0x20, SRAM_BEGIN = 0x100;
+constexpr uint16_t REGISTERS_END = 0x20;
 
 /// An access to memory: by which pair of registers, or none, and where.
 struct Access {

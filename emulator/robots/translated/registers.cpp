@@ -201,7 +201,11 @@ void TranslatedRobot::look_at_pins() {
     robot_.now = world_time();
     if (seen == robot_.outputs_seen) return;
     robot_.outputs_seen = seen;
+    const uint8_t color = robot_.color;
+    const uint16_t duties = this->duties();
     take_outputs(robot_, outputs);
+    if (robot_.context->trail != nullptr) [[unlikely]]
+        note_outputs(color, duties);
 }
 
 }  // namespace kilotwin

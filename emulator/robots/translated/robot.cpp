@@ -53,6 +53,14 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
     translated_chip_t::divides_by_zero = [](translated_chip_t *chip) {
         static_cast<TranslatedRobot *>(chip)->divides_by_zero();
     };
+    translated_chip_t::stores = [](translated_chip_t *chip, uint16_t address, uint8_t value) {
+        static_cast<TranslatedRobot *>(chip)->stores(address, value);
+    };
+    const Trail *const trail = robot.context->trail;
+    if (trail != nullptr && trail->looks_closely_at(robot.index)) [[unlikely]] {
+        recalls_in = INT32_MAX;
+        executes = 1;
+    }
     const unsigned all = (1u << ENGINE_CALLS) - 1;
     calls = static_cast<uint8_t>(robot.context->gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
     limit_ = image_.cycle;
@@ -355,6 +363,41 @@ void TranslatedRobot::doze() {
     }
     if (limit_ == wakes) image_.asleep_until = 0;
     disturb_passes();
+}
+
+/// Now, for the trail.
+Trail::Moment TranslatedRobot::moment() const {
+    constexpr auto during = [](Interrupt which) {
+        switch (which) {
+        case Interrupt::MESSAGE: return Trail::During::MESSAGE;
+        case Interrupt::TICK: return Trail::During::TICK;
+        default: return Trail::During::LOOP;
+        }
+    };
+    return {world_time(), ticks_now(), during(image_.interrupt)};
+}
+
+/// With the function that has ended by a jump to the one at work: its call is not on the stack.
+CodePath TranslatedRobot::path_here() const {
+    CodePath path = avr_code_path(pc, data, flash);
+    if (jumped != 0) path.insert(path.begin() + 1, jumped);
+    return path;
+}
+
+/// A variable is about to change. Locals are none.
+void TranslatedRobot::stores(uint16_t address, uint8_t value) {
+    Trail *const trail = robot_.context->trail;
+    if (trail == nullptr || address >= seam_.variables_end) return;
+    trail->stored(robot_.index, moment(), address, data[address], value, path_here());
+}
+
+/// LED and motors were so before.
+void TranslatedRobot::note_outputs(uint8_t color, uint16_t duties) {
+    Trail &trail = *robot_.context->trail;
+    if (robot_.color != color)
+        trail.shows(robot_.index, moment(), color, robot_.color, path_here());
+    if (this->duties() != duties)
+        trail.drives(robot_.index, moment(), duties, this->duties(), path_here());
 }
 
 /// Its program counter points to what is no instruction: erased flash, mostly.

@@ -111,6 +111,13 @@ class TranslatedRobot : private translated_chip_t {
     void look_at_stack();
     void divides_by_zero();
 
+    // For the trail.
+    Trail::Moment moment() const;
+    void stores(uint16_t address, uint8_t value);
+    CodePath path_here() const;
+    void note_outputs(uint8_t color, uint16_t duties);
+    uint16_t duties() const { return static_cast<uint16_t>(robot_.left << 8 | robot_.right); }
+
     void store();
     /// At least so long no interrupt is let through, though a tick's waits; 0: none does.
     uint64_t held_back_until() const;

@@ -29,6 +29,8 @@ PANELS = {
     "Run and see": {
         "run": "Run an experiment and leave a run folder.",
         "view": "See a run in the browser, at any time of it.",
+        "why": "Say why a robot did something: the code, the message, its sender's code, and so "
+        "on.",
         "plot": "Draw a figure of a run or a sweep, or a video of a run.",
         "export": "Write a run as other tools read it: CSV, MCAP for Foxglove.",
     },

@@ -23,18 +23,22 @@ def build_group(
     *,
     covered: bool = False,
     sanitized: bool = False,
+    watched: bool = False,
     at_once: bool = True,
 ) -> Guest:
     """The file that the engine loads. An image that came built is taken as it is. `covered`: a
-    program marks what runs. `sanitized`: a native one looks for undefined behaviour. `at_once`: of
-    a translation, what is compiled in a moment will do (translate/translation.py).
+    program marks what runs. `sanitized`: a native one looks for undefined behaviour. `watched`: a
+    translated one tells what it stores, for a trail. `at_once`: of a translation, what is compiled
+    in a moment will do (translate/translation.py).
 
     Of an image, that is its translation unless it is to be interpreted, or cannot be translated.
     """
     if group.tier == "translated":
         from kilotwin.programs.translate.translation import translated_guest
 
-        return translated_guest(group.program, notify, covered=covered, at_once=at_once)
+        return translated_guest(
+            group.program, notify, covered=covered, watched=watched, at_once=at_once
+        )
     if not group.on_board:
         flags = sanitizer.flags() if sanitized else ()
         return build(group.program, notify, flags, covered=covered)
@@ -86,10 +90,11 @@ def build_all(
     *,
     covered: bool = False,
     sanitized: bool = False,
+    watched: bool = False,
 ) -> tuple[list[Guest], Guest | None]:
     """The guests of each group of robots, and of the modules, if there are any."""
     guests = [
-        build_group(group, notify, covered=covered, sanitized=sanitized)
+        build_group(group, notify, covered=covered, sanitized=sanitized, watched=watched)
         for group in experiment.groups
     ]
     modules = experiment.modules

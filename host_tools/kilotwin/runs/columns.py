@@ -314,6 +314,69 @@ def module_rows(tick: int, modules: "list[ModuleRecord]") -> pa.RecordBatch:
     return pa.record_batch(arrays, schema=MODULES_SCHEMA)
 
 
+STATIONS = ("robot", "cell", "beacon", "overhead", "command", "floor")
+"""Who sends or receives, by Trail::Kind of the engine."""
+
+FRAMES_SCHEMA = pa.schema(
+    [
+        field("begin_s", pa.float64(), "s, since the run began"),
+        field("end_s", pa.float64(), "s, when it was received"),
+        field("sender_kind", WORD, "robot, cell, beacon, overhead"),
+        field("sender", pa.uint32(), "index of a robot; number of a cell, a beacon, a controller"),
+        field("receiver_kind", WORD, "robot, cell"),
+        field("receiver", pa.uint32(), "index of a robot; number of a cell"),
+        field("type", pa.uint8(), "of the message"),
+        field("data", pa.binary(9), "of the message"),
+    ]
+)
+"""`frames`: a row per frame and receiver."""
+
+
+def frame_rows(arrivals: NDArray[np.void]) -> pa.RecordBatch:
+    """The rows of frames that the engine gives."""
+
+    def words(name: str) -> pa.Array:
+        return pa.DictionaryArray.from_arrays(pa.array(arrivals[name]), pa.array(STATIONS))
+
+    raw = arrivals["bytes"].tobytes()
+    data = [raw[at : at + 9] for at in range(0, len(raw), 10)]
+    columns = [
+        pa.array(np.ascontiguousarray(arrivals["begin_s"])),
+        pa.array(np.ascontiguousarray(arrivals["at_s"])),
+        words("from_kind"),
+        pa.array(np.ascontiguousarray(arrivals["from"])),
+        words("to_kind"),
+        pa.array(np.ascontiguousarray(arrivals["to"])),
+        pa.array(np.frombuffer(raw, np.uint8)[9::10]),
+        pa.array(data, pa.binary(9)),
+    ]
+    return pa.record_batch(columns, schema=FRAMES_SCHEMA)
+
+
+CELLS_SCHEMA = pa.schema(
+    [
+        field("tick", pa.int64(), "32.768 ms"),
+        field("time_s", pa.float64(), "s"),
+        field("cell", pa.uint32(), "row by row of cells from the lower left"),
+        field("colour", pa.uint8(), "bit 0 red, bit 1 green, bit 2 blue"),
+        field("brightness", pa.uint8(), "the largest pulse width of the three"),
+    ]
+)
+"""`cells`: a row for each cell at the samples at which it shows something else than before; dark
+is not shown at first."""
+
+
+def cell_rows(tick: int, cells: NDArray[np.intp], shown: NDArray[np.uint8]) -> pa.RecordBatch:
+    """The rows of some cells at one sample. `shown`: [cells, 2] colour and brightness."""
+    number = len(cells)
+    columns = [np.full(number, tick), np.full(number, tick * TICK_S), cells, *shown.T]
+    arrays = [
+        pa.array(np.ascontiguousarray(values), type=column.type)
+        for values, column in zip(columns, CELLS_SCHEMA, strict=True)
+    ]
+    return pa.record_batch(arrays, schema=CELLS_SCHEMA)
+
+
 SENT_SCHEMA = pa.schema(
     [
         field("time_s", pa.float64(), "s, when the overhead controller had it"),

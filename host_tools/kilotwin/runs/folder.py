@@ -46,6 +46,8 @@ FILES = "files"  # of the manifest
 CAN_LOG = "can.log"
 SENT = "sent"
 MODULES = "modules"
+FRAMES = "frames"
+CELLS = "cells"
 
 # Events of a program's prints.
 PRINT = "print"
@@ -58,6 +60,9 @@ FAULT = "fault"
 
 # Events of programs that look for it (--sanitize).
 UNDEFINED = "undefined_behaviour"
+
+# The chain that `kilotwin why` has told last, for the page.
+WHY = "why.json"
 
 # A manifest's key of a run that was steered by hand: `first_s`, when for the first time.
 TOUCHED = "touched"

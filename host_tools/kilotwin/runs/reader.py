@@ -15,11 +15,20 @@ from kilotwin.experiment.checks.experiment import swarm_size
 from kilotwin.experiment.pictures import Picture, floor_picture
 from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.text import ExperimentText
-from kilotwin.runs.columns import MODULES_SCHEMA, SENT_SCHEMA, TRACKING_SCHEMA, Records
+from kilotwin.runs.columns import (
+    CELLS_SCHEMA,
+    FRAMES_SCHEMA,
+    MODULES_SCHEMA,
+    SENT_SCHEMA,
+    TRACKING_SCHEMA,
+    Records,
+)
 from kilotwin.runs.folder import (
+    CELLS,
     EVENTS,
     EXPERIMENT,
     FINISHED,
+    FRAMES,
     MANIFEST,
     MODULES,
     OBJECTS,
@@ -109,6 +118,14 @@ class Run:
     def modules(self) -> pa.Table:
         """A row per module of an emulated grid and sample; none unless that was recorded."""
         return self._table(MODULES, MODULES_SCHEMA)
+
+    def frames(self) -> pa.Table:
+        """A row per frame and receiver, of a run that recorded them."""
+        return self._table(FRAMES, FRAMES_SCHEMA)
+
+    def cells(self) -> pa.Table:
+        """A row for each change of what a cell of a lab's own module program shows."""
+        return self._table(CELLS, CELLS_SCHEMA)
 
     def sent(self) -> pa.Table:
         """A row per word that an environment told a robot; none without an environment."""

@@ -1,6 +1,7 @@
 """The scene of a run: all that stands still in its picture, with colours and names."""
 
 import contextlib
+import json
 import math
 from typing import Any
 
@@ -14,17 +15,30 @@ from kilotwin.experiment.pictures import Picture
 from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.schema.profile_defaults import PROFILES
 from kilotwin.experiment.spec.grid_layout import Layout, walls_on_cells
-from kilotwin.experiment.spec.grid_plan import plan_of
+from kilotwin.experiment.spec.grid_plan import is_ours, plan_of
 from kilotwin.experiment.spec.informed import informed_ranges
 from kilotwin.experiment.spec.objects import parts_of
 from kilotwin.experiment.states import States
 from kilotwin.files.headers import CELL_M
-from kilotwin.runs.folder import FAILURES, FAULT, UIDS
+from kilotwin.runs.folder import FAILURES, FAULT, UIDS, WHY
 from kilotwin.runs.light import light_of
 from kilotwin.runs.palette import site_fills, state_colours
 from kilotwin.runs.pixels import as_png
 from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
+
+PASSAGE = ("begin_s", "at_s", "from", "to")
+"""Keys of a frame from robot to robot: when it began and ended, indices of sender and receiver."""
+
+
+def _why(run: Run) -> dict[str, Any] | None:
+    """The chain that `kilotwin why` has told last; None: there is none."""
+    try:
+        told = json.loads((run.folder / WHY).read_text())
+        lines = [{key: one[key] for key in PASSAGE} for one in told["lines"]]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return {"lines": lines}
 
 
 def scene_of(run: Run) -> dict[str, Any]:
@@ -42,6 +56,7 @@ def scene_of(run: Run) -> dict[str, Any]:
         "failures": sorted({*FAILURES, FAULT}),
         "robots": run.robots_number,
         "uids": run.manifest.get(UIDS),
+        "why": _why(run),
         "radius_m": PROFILES[experiment.swarm.profile].radius_m,
         "range_m": experiment.medium.range_m,
         "duration_s": experiment.duration_s,
@@ -131,4 +146,6 @@ def _grid(run: Run) -> dict[str, Any] | None:
         if grid.configuration is not None
         else np.flatnonzero(walls_on_cells(layout, grid.wall_cells)).tolist(),
         "maps": maps,
+        # Of a lab's own program only what was recorded says what cells show.
+        "recorded": not is_ours(grid) and "engine" in run.manifest,
     }

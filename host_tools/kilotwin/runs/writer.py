@@ -20,15 +20,27 @@ from numpy.typing import NDArray
 from kilotwin import __version__
 from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.schema.record import Record
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
-from kilotwin.runs.columns import MODULES_SCHEMA, Records, chosen_of, module_rows
+from kilotwin.runs.columns import (
+    CELLS_SCHEMA,
+    FRAMES_SCHEMA,
+    MODULES_SCHEMA,
+    Records,
+    cell_rows,
+    chosen_of,
+    frame_rows,
+    module_rows,
+)
 from kilotwin.runs.event_places import uid_of
 from kilotwin.runs.folder import (
+    CELLS,
     EVENTS,
     EXPERIMENT,
+    FRAMES,
     MODULES,
     OBJECTS,
     PRINT,
@@ -69,6 +81,11 @@ class RunWriter:
             more[OBJECTS] = self._records.objects_schema
         if experiment.keys.record.has("modules") and "engine" in manifest:
             more[MODULES] = MODULES_SCHEMA
+        if _shows_cells(experiment.keys) and "engine" in manifest:
+            more[CELLS] = CELLS_SCHEMA
+        if experiment.keys.record.has("frames") and "engine" in manifest:
+            more[FRAMES] = FRAMES_SCHEMA
+        self._frames_left = experiment.keys.record.most_frames
         self._more = {name: Stream(folder / f"{name}.arrows", more[name]) for name in more}
         self._events = (folder / EVENTS).open("w")
         self.before_event: Callable[[], None] = lambda: None
@@ -104,6 +121,27 @@ class RunWriter:
     def add_modules(self, tick: int, modules: "list[ModuleRecord]") -> None:
         """Writes how a grid's modules are at a sample; only if `wants_modules`."""
         self._more[MODULES].write(module_rows(tick, modules))
+
+    @property
+    def wants_cells(self) -> bool:
+        """Whether what cells show is recorded."""
+        return CELLS in self._more
+
+    def add_cells(self, tick: int, cells: NDArray[np.intp], shown: NDArray[np.uint8]) -> None:
+        """Writes what some cells show from a sample on; only if `wants_cells`."""
+        self._more[CELLS].write(cell_rows(tick, cells, shown))
+
+    @property
+    def wants_frames(self) -> bool:
+        """Whether frames are recorded that robots received, and there is room for more."""
+        return FRAMES in self._more and self._frames_left > 0
+
+    def add_frames(self, arrivals: NDArray[np.void]) -> None:
+        """Writes frames of the engine, as many as there is room for."""
+        kept = arrivals[: self._frames_left]
+        self._frames_left -= len(kept)
+        if len(kept):
+            self._more[FRAMES].write(frame_rows(kept))
 
     def count(self, samples: "Samples") -> Counts:
         """How many robots do what, in each of the samples."""
@@ -150,6 +188,15 @@ class RunWriter:
                     _keep_as_parquet(stream_file)
         finally:
             self._reserve.release()
+
+
+def _shows_cells(keys: ExperimentSchema) -> bool:
+    """Whether cells show what a lab's own module program says, which no plan knows."""
+    if keys.grid is None:
+        return False
+    from kilotwin.experiment.spec.grid_plan import is_ours
+
+    return not is_ours(keys.grid)
 
 
 class _Due:

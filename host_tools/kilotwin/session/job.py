@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.trail import Trail
 from kilotwin.session.acts import Act
 from kilotwin.session.faster_code import Files
 
@@ -103,6 +104,8 @@ class Job:
     """Metrics' functions are called by the parent, whose answers come on stdin."""
     acts: tuple[Act, ...] = ()
     """Acts in the run that this one repeats."""
+    trails: tuple[Trail, ...] = ()
+    """A trail to keep, or none."""
     faster: tuple[Files, ...] = ()
     """Code that is made beside the run, and taken over when it is there."""
     listen_to: tuple[int, ...] = ()

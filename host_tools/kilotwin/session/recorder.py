@@ -3,7 +3,10 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+import numpy as np
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts
@@ -12,6 +15,7 @@ from kilotwin.metrics.moment import Moment
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.causes import causes
 from kilotwin.runs.folder import FAILURES, FAULT, PRINT, UNDEFINED
+from kilotwin.runs.trail import CAPACITY, Trail, write_trail
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.emulated import EmulatedWorld
 from kilotwin.session.loop import NEVER, Attention, Companion
@@ -200,6 +204,77 @@ class Listener(Companion):
         simulation.listen_to([])
         self._robots = []
         self._report({"type": "heard", "heard": heard})
+
+
+class TrailKeeper(Companion):
+    """Has the engine keep a trail, and writes it down at the end."""
+
+    def __init__(self, world: EmulatedWorld, trail: Trail, folder: Path) -> None:
+        """Before the robots' first step."""
+        self._simulation = world.simulation
+        self._folder = folder
+        nobody = self._simulation.robots
+        robot = trail.robot if trail.end > trail.begin else nobody
+        self._simulation.keep_trail(CAPACITY, trail.draws, robot, trail.begin, trail.end)
+
+    def finish(self) -> None:
+        """Writes it into the run folder."""
+        write_trail(self._folder, self._simulation.arrivals(), self._simulation.trail())
+
+
+class FrameRecorder(Companion):
+    """Records the frames that robots receive, each sample those since the last one."""
+
+    def __init__(self, world: EmulatedWorld, writer: RunWriter, sample_ticks: int) -> None:
+        """Before the robots' first step."""
+        self._simulation = world.simulation
+        self._writer = writer
+        self._sample_ticks = sample_ticks
+        self._next = 0
+        self._simulation.keep_trail(CAPACITY, [], 0, 0, 0)
+
+    def step(self, now: int) -> None:
+        """Writes what there is, if this is a sample."""
+        if now >= self._next:
+            self.finish()
+            self._next = (now // self._sample_ticks + 1) * self._sample_ticks
+
+    def next_due(self) -> int:
+        """The next sample, if there is room for more."""
+        return self._next if self._writer.wants_frames else NEVER
+
+    def finish(self) -> None:
+        """Writes the rest."""
+        self._writer.add_frames(self._simulation.arrivals())
+
+
+class CellRecorder(Companion):
+    """Records what cells show, at the samples at which it is something else than before."""
+
+    def __init__(self, world: EmulatedWorld, writer: RunWriter, sample_ticks: int) -> None:
+        self._world = world
+        self._writer = writer
+        self._sample_ticks = sample_ticks
+        self._next = 0
+        self._shown = np.zeros_like(world.simulation.cells().reshape(-1, 2))
+
+    def step(self, now: int) -> None:
+        """Records them, if this is a sample."""
+        if now >= self._next:
+            self.finish()
+            self._next = (now // self._sample_ticks + 1) * self._sample_ticks
+
+    def next_due(self) -> int:
+        """The next sample."""
+        return self._next
+
+    def finish(self) -> None:
+        """Records those that show something else now."""
+        shows = self._world.simulation.cells().reshape(-1, 2)
+        cells = np.flatnonzero((shows != self._shown).any(axis=1))
+        if len(cells):
+            self._writer.add_cells(self._world.tick, cells, shows[cells])
+        self._shown = shows
 
 
 class ModuleRecorder(Companion):

@@ -50,6 +50,7 @@ from kilotwin.runs.folder import (
 )
 from kilotwin.runs.parcel import digest_of, programs_of
 from kilotwin.runs.size import bytes_of, size_of
+from kilotwin.runs.trail import Trail
 from kilotwin.session.acts import Act
 from kilotwin.session.black_box import LOOK_S, BlackBox, Watch
 from kilotwin.session.confined_worker import growth_of, unconfined_because
@@ -117,13 +118,13 @@ def run(
     covered: bool = False,
     sanitized: bool = False,
     acts: tuple[Act, ...] = (),
+    trails: tuple[Trail, ...] = (),
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
 
     `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
     interrupted. `twin`: whether native programs are held against their ATmega328P. `window`: where
-    the run is seen as it goes, and `speed` how fast then (Job.speed). `covered`, `sanitized`: as
-    build_group() has them. `acts`: what is done in it again.
+    the run is seen as it goes. `covered`, `sanitized`: as build_group() has them; others as Job.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
@@ -133,7 +134,9 @@ def run(
     if trouble := size.without_room(folder):
         display.warn(trouble)
     experiment = settled(experiment, display.note)
-    guests, modules = build_all(experiment, display.note, covered=covered, sanitized=sanitized)
+    guests, modules = build_all(
+        experiment, display.note, covered=covered, sanitized=sanitized, watched=bool(trails)
+    )
     built = [*guests, *([modules] if modules else [])]
     for note in experiment.notes():
         display.note(note)
@@ -142,11 +145,10 @@ def run(
     natives = native_kilobots(experiment, guests)
     twins = Twins(natives, twin, display.note, listens=serving is None)
     with BlackBox.made() as black_box, Optimiser(built) as optimiser:
-        files = [str(guest.file) for guest in guests]
         module_file = "" if modules is None else str(modules.file)
         job = Job(
             experiment,
-            files,
+            [str(guest.file) for guest in guests],
             folder.absolute(),
             manifest,
             str(black_box.path),
@@ -157,6 +159,7 @@ def run(
             symbols=symbols_of(guests, modules),
             functions_outside=functions is not None,
             acts=acts,
+            trails=trails,
             faster=() if runs_native_code(experiment) else expected(experiment, guests),
             listen_to=twins.robots,
             listen_s=TWIN_S,

@@ -25,10 +25,13 @@ from kilotwin.session.faster_code import FasterCode
 from kilotwin.session.job import Job
 from kilotwin.session.loop import Attention, Companion, Each, Session
 from kilotwin.session.recorder import (
+    CellRecorder,
+    FrameRecorder,
     Listener,
     ModuleRecorder,
     Recorder,
     Report,
+    TrailKeeper,
     Writer,
     WriterT,
 )
@@ -95,7 +98,9 @@ class Trial(Generic[WriterT]):
             self._recorder,
             *self._module_recorders(),
             Listener(self._world, job.listen_to, job.listen_s, report),
+            *self._frame_recorders(),
             *self._repetitions(),
+            *self._trails(),
             Steps(job.experiment, self._simulation),
             *hosts,
             *environments,
@@ -223,7 +228,7 @@ class Trial(Generic[WriterT]):
             for note in served.notes:
                 self._report({"type": "note", "text": note})
             return served.world, served.companions
-        end = ticks(self._keys.duration_s)
+        end = min([ticks(self._keys.duration_s), *(trail.end_tick for trail in job.trails)])
         if self._keys.grid is None:
             return EmulatedWorld(self._simulation, places, end=end), []
         from kilotwin.session.emulated_grid import EmulatedHost
@@ -269,15 +274,28 @@ class Trial(Generic[WriterT]):
     def _module_recorders(self) -> list[Companion]:
         if self._job.serving is not None:
             return []
-        sample_ticks = self._keys.sample_ticks
-        return [
-            ModuleRecorder(self._world, folder, sample_ticks)
-            for folder in self._folder
-            if folder.wants_modules
-        ]
+        sample_ticks, recorders = self._keys.sample_ticks, list[Companion]()
+        for folder in self._folder:
+            if folder.wants_modules:
+                recorders.append(ModuleRecorder(self._world, folder, sample_ticks))
+            if folder.wants_cells:
+                recorders.append(CellRecorder(self._world, folder, sample_ticks))
+        return recorders
 
     def _repetitions(self) -> list[Companion]:
         return [Repetition(self._job.acts, self._make_steering().do)] if self._job.acts else []
+
+    def _frame_recorders(self) -> list[Companion]:
+        """None beside a trail, which takes them."""
+        sample_ticks = self._keys.sample_ticks
+        return [
+            FrameRecorder(self._world, folder, sample_ticks)
+            for folder in self._folder
+            if folder.wants_frames and not self._job.trails
+        ]
+
+    def _trails(self) -> list[Companion]:
+        return [TrailKeeper(self._world, one, self._job.folder) for one in self._job.trails]
 
     def _viewers(self) -> list[Companion]:
         """The links to viewers, which do not steer where hosts outside have the say."""

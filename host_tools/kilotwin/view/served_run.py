@@ -1,6 +1,7 @@
 """One run as the page gets it: what may have changed since it was asked last is read again."""
 
 import contextlib
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,11 @@ import pyarrow.compute as pc
 from kilotwin.errors import InputError
 from kilotwin.runs.columns import COUNTERS
 from kilotwin.runs.event_places import uid_of
-from kilotwin.runs.folder import MANIFEST, PRINT, RUNNING, SENT, TRACKING
+from kilotwin.runs.folder import CELLS, FRAMES, MANIFEST, PRINT, RUNNING, SENT, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
 from kilotwin.runs.sampling import coarseness
-from kilotwin.runs.scene import scene_of
+from kilotwin.runs.scene import PASSAGE, scene_of
 
 MOST_EVENTS = 10_000
 """Events in one answer: the last ones."""
@@ -22,6 +23,8 @@ MOST_LINES = 200
 """The same of words and reports."""
 MOST_LOGGED = 1_000
 """The same of lines of the log."""
+MOST_FRAMES = 20_000
+"""The same of frames between two times: the first ones."""
 _MOST_VALUES = 2_000
 REPORTED = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
 
@@ -40,7 +43,7 @@ class ServedRun:
     def __init__(self, run: Run) -> None:
         self._run = run
         self._folder = run.folder
-        self._tracked: tuple[int, pa.Table] | None = None  # size of the file, and what it holds
+        self._tables: dict[str, tuple[int, pa.Table]] = {}  # size of the file, and what it holds
         self._written_ns = 0
         self.samples = RunSamples.of(run)
 
@@ -159,10 +162,42 @@ class ServedRun:
         last = table.take(np.sort(number - 1 - from_behind)).to_pylist()
         return [[row[column] for column in REPORTED] for row in last]
 
+    def cells(self, time_s: float) -> list[list[int]]:
+        """What cells of a lab's own module program show at a time: the cell, colour (bits: red,
+        green, blue) and brightness of each that is not dark."""
+        if not (self._folder / f"{CELLS}.arrows").exists():
+            return []
+        table = self._table(CELLS, self._run.cells)
+        number = int(np.searchsorted(np.asarray(table["time_s"]), time_s, side="right"))
+        cells = np.asarray(table["cell"])[:number]
+        _, from_behind = np.unique(cells[::-1], return_index=True)
+        rows = table.take(number - 1 - from_behind)
+        columns = [rows[name].to_pylist() for name in ("cell", "colour", "brightness")]
+        return [list(row) for row in zip(*columns, strict=True) if row[1]]
+
+    def frames(self, from_s: float, to_s: float) -> list[dict[str, Any]]:
+        """Frames from robot to robot that began between two times, the first of them."""
+        if not self._run.experiment.record.has("frames"):
+            return []
+        table = self._table(FRAMES, self._run.frames)
+        begin_s = np.asarray(table["begin_s"])
+        of_robots = [
+            np.asarray(pc.equal(table[name].cast(pa.string()), "robot"))
+            for name in ("sender_kind", "receiver_kind")
+        ]
+        wanted = (begin_s >= from_s) & (begin_s < to_s) & of_robots[0] & of_robots[1]
+        rows = table.take(np.flatnonzero(wanted)[:MOST_FRAMES])
+        columns = [rows[name].to_pylist() for name in ("begin_s", "end_s", "sender", "receiver")]
+        return [dict(zip(PASSAGE, row, strict=True)) for row in zip(*columns, strict=True)]
+
     def _tracking(self) -> pa.Table:
-        """All reports; read again when there are more."""
-        file = self._folder / f"{TRACKING}.arrows"
+        """All reports."""
+        return self._table(TRACKING, self._run.tracking)
+
+    def _table(self, name: str, read: Callable[[], pa.Table]) -> pa.Table:
+        """A table of the run; read again when there is more of it."""
+        file = self._folder / f"{name}.arrows"
         size = file.stat().st_size if file.exists() else 0
-        if self._tracked is None or self._tracked[0] != size:
-            self._tracked = (size, self._run.tracking())
-        return self._tracked[1]
+        if name not in self._tables or self._tables[name][0] != size:
+            self._tables[name] = (size, read())
+        return self._tables[name][1]

@@ -147,8 +147,9 @@ def application(
     def times(request: Request) -> Response:
         return _binary(served(request).samples.times(_number(request, "first", 0)))
 
-    def reports(request: Request) -> Response:
-        return JSONResponse(served(request).reports(float(request.query_params["time_s"])))
+    def frames(request: Request) -> Response:
+        from_s, to_s = (float(request.query_params[name]) for name in ("from_s", "to_s"))
+        return JSONResponse(served(request).frames(from_s, to_s))
 
     def scenes() -> list[dict[str, Any]]:
         steers = None if helm is None else helm.offers()
@@ -173,7 +174,9 @@ def application(
             "/runs/{run:int}/modules/{column:int}/{row:int}",
             lambda r: JSONResponse(served(r).module(r.path_params["column"], r.path_params["row"])),
         ),
-        _route("/runs/{run:int}/reports", reports),
+        _route("/runs/{run:int}/reports", lambda r: JSONResponse(served(r).reports(_time_s(r)))),
+        _route("/runs/{run:int}/cells", lambda r: JSONResponse(served(r).cells(_time_s(r)))),
+        _route("/runs/{run:int}/frames", frames),
         WebSocketRoute("/live", _live_of(runs, pages)),
         *([] if link is None else _routes_of_link(link, helm)),
         *([] if bus is None else [_route("/bus", lambda _: JSONResponse(bus()))]),
@@ -296,6 +299,10 @@ def _number(request: Request, name: str, low: int) -> int:
     if not low <= value < _LARGEST:
         raise ValueError(name)
     return value
+
+
+def _time_s(request: Request) -> float:
+    return float(request.query_params["time_s"])
 
 
 def _binary(data: bytes) -> Response:

@@ -1,7 +1,7 @@
 // Runs that the page holds itself: a file without a server. The other side is
 // kilotwin/view/exported_page.py.
 
-import type { ModuleAnswer, Report, RobotAnswer, RunEvent, Scene } from "./scene";
+import type { Lit, ModuleAnswer, Passage, Report, RobotAnswer, RunEvent, Scene } from "./scene";
 import { whoOf } from "./facts";
 import { unpack, type Arrays, type Packed, type Source } from "./source";
 
@@ -110,6 +110,15 @@ export class Exported implements Source {
   }
 
   // The last report of each robot by then.
+  // A page to mail has neither: they are many.
+  async cells(): Promise<Lit[]> {
+    return [];
+  }
+
+  async frames(): Promise<Passage[]> {
+    return [];
+  }
+
   async reports(run: number, timeS: number): Promise<Report[]> {
     const { reports } = this.runs[run];
     const last = new Map<number, Report>();

@@ -2,7 +2,7 @@
 
 import * as three from "three";
 import type { Sample } from "./samples";
-import { isShape, type Drawn, type Grid, type Scene, type Shape } from "./scene";
+import { isShape, type Drawn, type Grid, type Lit, type Scene, type Shape } from "./scene";
 
 const FLOOR = "#b9b9b9";
 const OBSTACLE = "#6e5a4a";
@@ -10,6 +10,7 @@ const OBJECT = "#e5d8bd";
 const OUTLINE = "#404040";
 const WALL_CELL = "#7d5a5a";
 const EMPTY_CELL = "#c9c9c9";
+const EMPTY = [0xc9, 0xc9, 0xc9, 255];
 
 export class Floor {
   readonly group = new three.Group();
@@ -18,7 +19,8 @@ export class Floor {
   private readonly light: three.Mesh | null = null;
   private cells: Cells | null = null;
 
-  constructor(scene: Scene) {
+  // `lit`: what cells show at a time, where that was recorded.
+  constructor(scene: Scene, lit: (timeS: number) => Promise<Lit[]>) {
     this.add(scene.arena, FLOOR, 0);
     if (scene.floor) this.sites.add(picture(scene.floor, three.NearestFilter, 1));
     for (const site of scene.sites) {
@@ -30,7 +32,7 @@ export class Floor {
       this.group.add(this.light);
     }
     if (scene.grid) {
-      this.cells = new Cells(scene.grid, scene.sites.map((site) => site.colour));
+      this.cells = new Cells(scene.grid, scene.sites.map((site) => site.colour), lit);
       this.group.add(this.cells.group);
     }
     for (const obstacle of scene.obstacles) this.add(obstacle, OBSTACLE, 4);
@@ -74,10 +76,14 @@ class Cells {
   readonly group = new three.Group();
   private readonly texture: three.DataTexture;
   private shown = -1;
+  private asked = -1;
+  private waits = false;
+  private told = "";
 
   constructor(
     private readonly grid: Grid,
     private readonly colours: string[],
+    private readonly lit: (timeS: number) => Promise<Lit[]>,
   ) {
     const [across, up] = [2 * grid.columns, 2 * grid.rows];
     this.texture = new three.DataTexture(new Uint8Array(4 * across * up), across, up);
@@ -90,6 +96,7 @@ class Cells {
 
   // The colours that cells have at a time; false if they are those that are shown.
   show(timeS: number): boolean {
+    if (this.grid.recorded) this.ask(timeS);
     const number = this.grid.maps.findLastIndex(([atS]) => atS <= timeS);
     if (number === this.shown) return false;
     this.shown = number;
@@ -104,6 +111,27 @@ class Cells {
     }
     this.texture.needsUpdate = true;
     return true;
+  }
+
+  // One answer at a time; what is shown is the last one's.
+  private async ask(timeS: number): Promise<void> {
+    if (this.asked === timeS || this.waits) return;
+    [this.asked, this.waits] = [timeS, true];
+    const lit = await this.lit(timeS).catch(() => null);
+    this.waits = false;
+    if (!lit || (!lit.length && !this.told)) return; // dark, or not recorded
+    const told = JSON.stringify(lit);
+    if (told === this.told) return;
+    this.told = told;
+    const data = this.texture.image.data as Uint8Array;
+    for (let cell = 0; cell < data.length / 4; cell++) data.set(EMPTY, 4 * cell);
+    for (const [cell, colour, brightness] of lit) {
+      const value = Math.round(255 * Math.min(1, 0.35 + Math.sqrt(brightness / 255)));
+      const part = (bit: number) => (colour & bit ? value : 0);
+      data.set([part(1), part(2), part(4), 255], 4 * cell);
+    }
+    this.texture.needsUpdate = true;
+    window.dispatchEvent(new Event("redraw"));
   }
 
   private lines(x: number, y: number): three.LineSegments {

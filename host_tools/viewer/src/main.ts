@@ -191,7 +191,7 @@ class Page {
       button.onclick = () => actions[button.dataset.action as keyof Actions]();
     }
     listen(actions);
-    const tellsMessages = ({ moments, also }: Scene) => moments || also.includes("messages");
+    const tellsMessages = ({ moments, also }: Scene) => moments || also.includes("messages") || also.includes("frames");
     hideUnless("messages", this.scenes.some(tellsMessages));
     // Many robots have it only if it is asked for: rings hide them, and each look costs more.
     if (this.scenes.some((scene) => scene.robots > ALL_MESSAGES)) this.actions().messages();

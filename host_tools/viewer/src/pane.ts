@@ -8,6 +8,7 @@ import { links, trails } from "./lines";
 import type { Moment } from "./live";
 import { leastRadius, Robots, type Colouring } from "./robots";
 import { beatOf, Rings, sentIn } from "./messages";
+import { Passages } from "./passages";
 import { placeOf, Samples, spreadSample, type Between, type Sample } from "./samples";
 import { boxOf, uidOf, type Report, type Scene } from "./scene";
 import type { Source } from "./source";
@@ -74,6 +75,7 @@ export class Pane {
   shown: Between | null = null;
   readonly failures: Failures;
   readonly tape = new Tape();
+  private readonly passages: Passages;
   readonly values = new Values();
   // Called with what was clicked.
   picked: (what: Picked) => void = () => {};
@@ -92,7 +94,8 @@ export class Pane {
     this.renderer.setClearColor(0, 0);
     window.addEventListener("redraw", () => (this.stale = true));
     this.failures = new Failures(scene);
-    this.floor = new Floor(scene);
+    this.passages = new Passages(scene, source, run);
+    this.floor = new Floor(scene, (timeS) => source.cells(run, timeS));
     this.robots = new Robots(scene, this.ids.length, this.ids);
     this.dots = new Dots(scene, this.ids.length, this.ids);
     this.rings = new Rings(this.robots.places, this.ids.length, scene.radius_m, scene.range_m);
@@ -380,6 +383,7 @@ export class Pane {
       this.showsUids(layers) ||
       this.selected !== null ||
       this.tape.on ||
+      this.passages.any(layers.messages) ||
       this.failures.by(timeS) > 0;
     if (!changed && !labelled && !this.labelled) return;
     this.labelled = labelled;
@@ -393,6 +397,7 @@ export class Pane {
     const { shown } = this;
     const pixelOf = (place: number) => this.pixel(...placeOf(shown!, place));
     if (shown) this.failures.draw(context, timeS, this.scene.radius_m / this.pixelM, pixelOf);
+    if (shown) this.passages.draw(context, timeS, layers.messages, pixelOf, () => this.redraw());
     if (shown) this.tape.draw(context, (robot) => placeOf(shown, robot), (x, y) => this.pixel(x, y));
     if (this.held?.turns) this.drawTurned(context, this.held.place, this.held.at);
     else if (this.held) this.drawHeld(context, this.held.at);

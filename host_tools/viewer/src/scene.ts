@@ -25,6 +25,8 @@ export interface Grid {
   cell_m: number;
   walls: number[];
   maps: [number, number[]][];
+  // Whether what cells show was recorded, which `cells` of the source says.
+  recorded: boolean;
 }
 
 export interface RunState {
@@ -34,6 +36,14 @@ export interface RunState {
   last_s: number;
   // A line if programs change LEDs more often than samples were taken; else empty.
   coarse: string;
+}
+
+// A frame from robot to robot, by their indices.
+export interface Passage {
+  begin_s: number;
+  at_s: number;
+  from: number;
+  to: number;
 }
 
 export interface Scene extends RunState {
@@ -70,6 +80,8 @@ export interface Scene extends RunState {
   // Kinds of events after which a robot's program does not go on.
   failures: string[];
   metrics: Record<string, { unit: string; meaning: string }>;
+  // The chain that `kilotwin why` has told last, from its end on.
+  why: { lines: Passage[] } | null;
 }
 
 export interface RunEvent {
@@ -99,6 +111,9 @@ export interface ModuleAnswer {
   number: number; // of reports
   reports: [number, number, number, string | null][]; // time in s, robot, cell, state
 }
+
+// cell, colour (bit 0 red, bit 1 green, bit 2 blue), brightness of 255
+export type Lit = [number, number, number];
 
 // time in s, robot, x, y, column and row of the module, cell
 export type Report = [number, number, number, number, number, number, number];

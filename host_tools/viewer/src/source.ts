@@ -1,6 +1,6 @@
 // Where the page has its data from: the server, or the page itself if it was exported.
 
-import type { ModuleAnswer, Report, RobotAnswer, RunEvent, RunState, Scene } from "./scene";
+import type { Lit, ModuleAnswer, Passage, Report, RobotAnswer, RunEvent, RunState, Scene } from "./scene";
 
 export type Arrays = Record<
   string,
@@ -25,6 +25,10 @@ export interface Source {
   robot(run: number, robot: number): Promise<RobotAnswer>;
   module(run: number, module: [number, number]): Promise<ModuleAnswer>;
   reports(run: number, timeS: number): Promise<Report[]>;
+  // What cells show at a time that are not dark, if it was recorded.
+  cells(run: number, timeS: number): Promise<Lit[]>;
+  // Frames that robots received, if they were recorded: those that began between two times.
+  frames(run: number, fromS: number, toS: number): Promise<Passage[]>;
   // Calls `seen` with each run's state when one has changed, and with null when the server is gone.
   watch(seen: (states: RunState[] | null) => void): void;
 }
@@ -88,6 +92,14 @@ export class Server implements Source {
 
   reports(run: number, timeS: number): Promise<Report[]> {
     return this.json(`runs/${run}/reports?time_s=${timeS}`);
+  }
+
+  cells(run: number, timeS: number): Promise<Lit[]> {
+    return this.json(`runs/${run}/cells?time_s=${timeS}`);
+  }
+
+  frames(run: number, fromS: number, toS: number): Promise<Passage[]> {
+    return this.json(`runs/${run}/frames?from_s=${fromS}&to_s=${toS}`);
   }
 
   watch(seen: (states: RunState[] | null) => void): void {

@@ -32,6 +32,7 @@ COMMANDS = [
     "optimise",
     "plot",
     "view",
+    "why",
     "sensitivity",
     "build",
     "port",

@@ -10,10 +10,12 @@ from kilotwin.experiment.schema.section import MOST_ROBOTS, Section, Share
 from kilotwin.units import TICK_S
 
 RobotColumn = Literal["x_m", "y_m", "heading_rad", "led", "state", "site"]
-Extra = Literal["motors", "battery", "messages", "modules"]
+Extra = Literal["motors", "battery", "messages", "modules", "frames"]
 Columns = Annotated[list[RobotColumn], Field(max_length=6)]
 Interval = Annotated[float, Field(ge=TICK_S, le=1e6)]
 Index = Annotated[int, Field(ge=0, le=999_999)]
+
+_MOST_FRAMES = 10_000_000
 
 EXTRA_OF: dict[str, Extra] = {
     "left_duty": "motors",
@@ -41,12 +43,13 @@ class Record(Section):
     columns: Columns | None = None
     """Columns of `robots` besides tick, time_s, robot and metrics: x_m, y_m, heading_rad, led,
     state, site; all if left out."""
-    also: Annotated[list[Extra], Field(max_length=4)] | None = None
+    also: Annotated[list[Extra], Field(max_length=5)] | None = None
     """More columns of `robots`: motors (left_duty, right_duty, 0 to 255), battery (a reading of
     get_voltage()), messages (sent, received and delivered since the start: a robot that holds
     interrupts back loses some that reach it, so that its program gets fewer; of chips that is not
     known). Null for real robots. modules, on an emulated grid: a table `modules` with each one's
-    state and error counters at each sample."""
+    state and error counters at each sample. frames, of emulated robots: a table `frames` with each
+    frame that a robot or a cell received, by whom and from whom, which the page shows as lines."""
     robots: list[Index] | None = None
     """Indices of robots with rows in `robots`; all if left out. Counts and metrics are of all
     robots."""
@@ -68,11 +71,21 @@ class Record(Section):
     """Prints kept of a robot or module; further ones are counted."""
     prints: Annotated[int, Field(ge=0)] = 1_000_000
     """Prints kept of a run."""
+    frames: Annotated[int, Field(ge=0)] | None = None
+    """Rows of `frames` in a run with `also = ["frames"]`, some 30 bytes each on the disk; frames
+    behind these are left out. 10 million if it is not given."""
 
     @property
     def robots_every(self) -> int:
         """How many samples are from one row of a robot to the next."""
         return 1 if self.robots_s is None else max(1, round(self.robots_s / self.sample_s))
+
+    @property
+    def most_frames(self) -> int:
+        """Rows of `frames` that a run has at most; 0 without them."""
+        if not self.has("frames"):
+            return 0
+        return _MOST_FRAMES if self.frames is None else self.frames
 
     def has(self, extra: Extra) -> bool:
         """Whether `also` names it."""

@@ -215,6 +215,35 @@ def compiled_functions(elf: Path) -> list[Function]:
     return sorted(functions, key=lambda function: function.begin)
 
 
+@dataclass(frozen=True)
+class Named:
+    """A function or a variable of a linked image, by byte addresses: [begin, end). `own`: it is the
+    program's, not its runtime's."""
+
+    name: str
+    begin: int
+    end: int
+    own: bool
+
+
+def functions_and_variables(elf: Path, objects: Sequence[Path]) -> tuple[list[Named], list[Named]]:
+    """Those of a linked image, in order of addresses; `objects` are the program's own. Variables
+    that are static in a function have its compiler's number behind their names there; not here."""
+    with elf.open("rb") as file:
+        symbols = list(_symbols(ELFFile(file)))
+    is_own = _is_own(objects)
+    found: dict[str, list[Named]] = {"STT_FUNC": [], "STT_OBJECT": []}
+    for source, symbol in symbols:
+        kind, value, size = symbol["st_info"]["type"], int(symbol["st_value"]), symbol["st_size"]
+        if kind not in found or not size or (kind == "STT_OBJECT") != (value & _DATA != 0):
+            continue
+        begin = value & _DATA_MASK
+        name = symbol.name.split(".")[0]
+        found[kind].append(Named(name, begin, begin + int(size), is_own(source, symbol)))
+    by_place = [sorted(some, key=lambda one: one.begin) for some in found.values()]
+    return by_place[0], by_place[1]
+
+
 def own_extents(elf: Path, objects: Sequence[Path]) -> list[tuple[int, int]]:
     """Begin and end of each function of the program's own, of a linked image and its objects."""
     with elf.open("rb") as file:

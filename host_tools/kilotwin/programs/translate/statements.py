@@ -87,7 +87,7 @@ _OPERATIONS = {
 
 # By address: where `in` and `out` lead, and SRAM.
 _LOW = {"lds": _OPERATIONS["in"], "sts": _OPERATIONS["out"]}
-_HIGH = {"lds": "{d} = M[{k}];", "sts": "WRITE_STATIC({k}, {d});"}
+_HIGH = {"lds": "{d} = M[{k}];", "sts": "NOTE_STORE({here}, {k}, {d}); WRITE_STATIC({k}, {d});"}
 
 REGISTERS, _IO_END, DATA_END = 0x20, 0x100, 0x900
 _SPL, _SPH, _SREG = 0x5D, 0x5E, 0x5F

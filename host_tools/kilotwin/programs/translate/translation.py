@@ -51,7 +51,7 @@ _INCLUDE = "emulator"
 _MAP = "emulator/robots/native/guest.map"
 _HEADERS = [
     f"{_INCLUDE}/robots/translated/{name}"
-    for name in ("code.h", "passes/counters.h", "passes/loops.h", "passes/pass.h")
+    for name in ("code.h", "watched.h", "passes/counters.h", "passes/loops.h", "passes/pass.h")
 ]
 # Files beside this one that a translation depends on.
 _MAKERS = [
@@ -97,11 +97,13 @@ def translated_guest(
     notify: Notify = lambda _: None,
     *,
     covered: bool = False,
+    watched: bool = False,
     at_once: bool = True,
 ) -> Guest:
     """A robot's program, compiled as for the robot and translated, as a guest of the engine.
 
     `covered`: it marks what runs (programs/coverage/marks.py), and does all else as without.
+    `watched`: it tells the engine what it stores, for a trail.
     `at_once`: as of translated().
     """
     image = build_image(program, notify)
@@ -109,11 +111,13 @@ def translated_guest(
     original = program.runtime == "original"
     met_at = seam.seam_of(image.elf, image.objects("program"), original=original)
     version = compiler_version(find_compiler())
-    key = _key(version, flash, eeprom, met_at, covered=covered)
+    key = _key(version, flash, eeprom, met_at, covered=covered, watched=watched)
 
     def translate() -> list[str]:
         functions = seam.compiled_functions(image.elf)
-        return translator.translate(flash, eeprom, met_at, functions, covered=covered)
+        return translator.translate(
+            flash, eeprom, met_at, functions, covered=covered, watched=watched
+        )
 
     what = f"translating {program.written} for this computer"
     code = _Kept(key, program.name).code(translate, what, notify, at_once=at_once)
@@ -123,8 +127,8 @@ def translated_guest(
         key,
         f"{image.compiler}; {version}",
         image.elf,
-        # Marks are of the code that ran.
-        None if covered else code.optimised,
+        # Marks are of the code that ran, and faster code tells no stores.
+        None if covered or watched else code.optimised,
     )
 
 
@@ -183,9 +187,11 @@ def _key(
     met_at: seam.Seam | None,
     *,
     covered: bool = False,
+    watched: bool = False,
 ) -> str:
     words = [version, *_OPTIMISATION, *_flags_of(version), *LINK_FLAGS, repr(met_at)]
     words += ["covered"] if covered else []
+    words += ["watched"] if watched else []
     digest = hashlib.sha256("\0".join(words).encode())
     makers = [Path(__file__).with_name(name) for name in _MAKERS]
     for file in [*map(resources.path, [_MAP, *_HEADERS]), *makers]:

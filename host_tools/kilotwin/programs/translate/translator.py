@@ -57,6 +57,7 @@ _HEAD = """\
 """
 _GUEST_HEAD = "#define TRANSLATED_GUEST\n"
 _COUNTER_HEAD = "#define COUNTERS\n"
+_WATCHED_HEAD = "#define TRANSLATED_WATCHED\n"
 _COUNTED = """\
 static const translated_counter_t counters[] = {{{counters}}};
 static const translated_bound_t bounds[] = {{{bounds}}};
@@ -103,10 +104,11 @@ def translate(
     functions: Sequence[Function] = (),
     *,
     covered: bool = False,
+    watched: bool = False,
 ) -> list[str]:
     """C files for a whole image: flash, 32 KB as the chip has them, and the EEPROM's bytes by
     address that come with it; of a guest the seam, and its functions that are C. `covered`: it
-    marks what runs.
+    marks what runs. `watched`: it tells the engine what it stores (emulator/robots/trail.h).
 
     The same image gives the same text. Costs some tenths of a second.
     """
@@ -124,6 +126,8 @@ def translate(
     head = _HEAD if seam is None else _GUEST_HEAD + _HEAD
     if code.counters:
         head = _COUNTER_HEAD + head
+    if watched:
+        head = _WATCHED_HEAD + head
     if covered:
         head += f"extern {_COVERAGE};\n"
     files: list[str] = []
@@ -323,6 +327,10 @@ class _Code:
                 yield f"COUNT({instruction.k}, {place + instruction.k - counter.address});"
             place += counter.bytes
 
+    def ends_by(self, jump: Instruction) -> bool:
+        """Whether a function may end by that jump, as avr-gcc has a call that comes last."""
+        return jump.target in self.called
+
     def waits(self, address: int) -> bool:
         """Whether it is one of delay(): time goes by there in loops alone."""
         begin, end = (0, 0) if self.seam is None else self.seam.delay
@@ -508,7 +516,9 @@ def _leave(
     if name in _CALLS:
         return [*lines, code.go(instruction, instruction.target, behind, inside)]
     if name in _JUMPS:
-        return [code.go(instruction, instruction.target, behind, inside)]
+        if code.ends_by(instruction):
+            lines.append(f"NOTE_JUMP(0x{instruction.address:x});")
+        return [*lines, code.go(instruction, instruction.target, behind, inside)]
     target, more = instruction.target, 1
     if name in SKIPS:
         target = code.skipped_to(instruction)

@@ -14,12 +14,12 @@ import pyarrow.csv as pa_csv
 
 from kilotwin.errors import InputError, cause_of
 from kilotwin.files.drafts import folder_draft_of
-from kilotwin.runs.folder import MODULES, OBJECTS, SENT, TRACKING
+from kilotwin.runs.folder import CELLS, FRAMES, MODULES, OBJECTS, SENT, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.stream_index import StreamIndex
 from kilotwin.units import counted
 
-_TABLES = ("robots", "sites", OBJECTS, MODULES, TRACKING, SENT)
+_TABLES = ("robots", "sites", OBJECTS, MODULES, CELLS, FRAMES, TRACKING, SENT)
 _COLUMNS = "columns.csv"
 _EVENT = ("time_s", "kind", "robot", "text")
 

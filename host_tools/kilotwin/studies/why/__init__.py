@@ -1,0 +1,1 @@
+"""Why a robot did something: the chain of changes and messages up to its first cause."""
