@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "python/arrays.h"
+#include "python/debugging.h"
 #include "python/grid.h"
 #include "python/specification.h"
 
@@ -306,6 +307,7 @@ void register_simulation(nb::module_ &m) {
     register_results(simulation);
     register_robots(simulation);
     register_grid(simulation);
+    register_debugging(simulation);
 }
 
 }  // namespace kilotwin

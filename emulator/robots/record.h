@@ -70,6 +70,8 @@ struct BlackBox {
 };
 
 /// Shared by all robots of a simulation.
+class Debugging;
+
 struct RobotContext {
     const Chance &chance;
     Events &events;
@@ -81,6 +83,7 @@ struct RobotContext {
     Readings readings = usual_readings();  ///< of sensors that read the same for all robots
     bool recalls_passes = true;            ///< of translated programs, those that change nothing
     Listening *listening = nullptr;        ///< null: to none
+    Debugging *debugging = nullptr;        ///< of translated programs; null: none is held
 };
 
 /// Faults that are noted once per robot, as bits: mistakes that its program survives, and an order

@@ -29,7 +29,7 @@
 #include "robots/translated/passes/pass.h"
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 10
+#define TRANSLATION_VERSION 11
 
 /// State of a chip, for the time of a call.
 typedef struct translated_chip {
@@ -66,6 +66,9 @@ typedef struct translated_chip {
     uint8_t (*pin_written)(struct translated_chip *chip, uint16_t address);
     /// A division by zero begins. The program counter and the stack pointer are here meanwhile.
     void (*divides_by_zero)(struct translated_chip *chip);
+    /// Of code that is DEBUGGED: an instruction begins, and all of the state is here. Nothing of it
+    /// may be changed. Bits for `changed`.
+    uint8_t (*instruction_begins)(struct translated_chip *chip);
 } translated_chip_t;
 
 /// An access to this register does more than reading or writing a byte; CHANGE_EFFECT, of guests: a
@@ -182,6 +185,17 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 
 /// Notes for such a translation that something has happened.
 #define COVER(at, what) translation_coverage[(at) / 2] |= COVER_##what;
+
+/// Stands before each instruction of code whose robot a debugger holds. That code keeps registers
+/// where they are, in M.
+#define INSTRUCTION(at, offset)                                                             \
+    do {                                                                                    \
+        M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8);                                \
+        F[0] = (uint8_t)cf, F[1] = zr == 0, F[2] = nr >> 7, F[3] = vr >> 7, F[4] = sr >> 7; \
+        F[5] = hr >> 4 & 1, F[6] = (uint8_t)tf, F[7] = (uint8_t)inf;                        \
+        chip->left = left - (offset), chip->pc = (at);                                      \
+        changed |= chip->instruction_begins(chip);                                          \
+    } while (0);
 
 /// Leaves the region with `at` as the next instruction, `spent` cycles after the block's begin: all
 /// that comes before it in the block has been done.

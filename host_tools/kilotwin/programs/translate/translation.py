@@ -97,11 +97,13 @@ def translated_guest(
     notify: Notify = lambda _: None,
     *,
     covered: bool = False,
+    debugged: bool = False,
     at_once: bool = True,
 ) -> Guest:
     """A robot's program, compiled as for the robot and translated, as a guest of the engine.
 
     `covered`: it marks what runs (programs/coverage/marks.py), and does all else as without.
+    `debugged`: code of robots that a debugger holds (session/debugging), which does as well.
     `at_once`: as of translated().
     """
     image = build_image(program, notify)
@@ -109,11 +111,14 @@ def translated_guest(
     original = program.runtime == "original"
     met_at = seam.seam_of(image.elf, image.objects("program"), original=original)
     version = compiler_version(find_compiler())
-    key = _key(version, flash, eeprom, met_at, covered=covered)
+    variant = [*(["covered"] if covered else []), *(["debugged"] if debugged else [])]
+    key = _key(version, flash, eeprom, met_at, variant)
 
     def translate() -> list[str]:
         functions = seam.compiled_functions(image.elf)
-        return translator.translate(flash, eeprom, met_at, functions, covered=covered)
+        return translator.translate(
+            flash, eeprom, met_at, functions, covered=covered, debugged=debugged
+        )
 
     what = f"translating {program.written} for this computer"
     code = _Kept(key, program.name).code(translate, what, notify, at_once=at_once)
@@ -124,7 +129,7 @@ def translated_guest(
         f"{image.compiler}; {version}",
         image.elf,
         # Marks are of the code that ran.
-        None if covered else code.optimised,
+        None if variant else code.optimised,
     )
 
 
@@ -181,11 +186,10 @@ def _key(
     flash: bytes,
     eeprom: dict[int, int],
     met_at: seam.Seam | None,
-    *,
-    covered: bool = False,
+    variant: Sequence[str] = (),
 ) -> str:
     words = [version, *_OPTIMISATION, *_flags_of(version), *LINK_FLAGS, repr(met_at)]
-    words += ["covered"] if covered else []
+    words += variant
     digest = hashlib.sha256("\0".join(words).encode())
     makers = [Path(__file__).with_name(name) for name in _MAKERS]
     for file in [*map(resources.path, [_MAP, *_HEADERS]), *makers]:

@@ -63,6 +63,7 @@ static const translated_bound_t bounds[] = {{{bounds}}};
 static const translated_counters_t counted = {{{count}, counters, {bounds_count}, bounds}};
 """
 _COVERAGE = '__attribute__((visibility("default"))) uint8_t translation_coverage[0x4000]'
+_IN_PLACE = "".join(f"#define r{at} M[{at}]\n" for at in range(REGISTERS))
 _TABLE = """\
 {declarations}
 static const translated_region_t code[] = {{{code}}};
@@ -103,14 +104,15 @@ def translate(
     functions: Sequence[Function] = (),
     *,
     covered: bool = False,
+    debugged: bool = False,
 ) -> list[str]:
     """C files for a whole image: flash, 32 KB as the chip has them, and the EEPROM's bytes by
     address that come with it; of a guest the seam, and its functions that are C. `covered`: it
-    marks what runs.
+    marks what runs. `debugged`: it says so before each instruction (DEBUGGED in code.h).
 
     The same image gives the same text. Costs some tenths of a second.
     """
-    code = _Code(flash, seam, covered)
+    code = _Code(flash, seam, covered, debugged)
     if seam is not None:
         code.counters = find_counters(
             code.instructions,
@@ -126,6 +128,8 @@ def translate(
         head = _COUNTER_HEAD + head
     if covered:
         head += f"extern {_COVERAGE};\n"
+    if debugged:
+        head += _IN_PLACE
     files: list[str] = []
     room = 0
     for number, region in enumerate(regions):
@@ -227,6 +231,8 @@ class _Code:
     seam: Seam | None
     covered: bool = False
     """Whether it marks what runs."""
+    debugged: bool = False
+    """Whether it says before each instruction that it begins."""
     instructions: dict[int, Instruction] = field(default_factory=dict)
     """By address; they do not overlap."""
     entries: set[int] = field(default_factory=set)
@@ -427,6 +433,7 @@ def _region_text(number: int, region: _Region, code: _Code) -> str:
     for block in region:
         for instruction in block:
             used |= registers(instruction)
+    local = [] if code.debugged else sorted(used)
     inside = {block[0].address for block in region}
     own = {instruction.address: instruction for block in region for instruction in block}
     everything = {at: f"r{at}" if at in used else f"M[{at}]" for at in range(REGISTERS)}
@@ -435,8 +442,8 @@ def _region_text(number: int, region: _Region, code: _Code) -> str:
     begin, end = code.seam.main_loop if code.seam else (0, 0)
     return _REGION.format(
         number=number,
-        load=" ".join(f"uint8_t r{register} = M[{register}];" for register in sorted(used)),
-        store=" ".join(f"M[{register}] = r{register};" for register in sorted(used)),
+        load=" ".join(f"uint8_t r{register} = M[{register}];" for register in local),
+        store=" ".join(f"M[{register}] = r{register};" for register in local),
         entries="\n".join(f"case 0x{at:x}: goto block_0x{at:x};" for at in sorted(inside)),
         blocks="\n".join(_block_text(block, own, inside, code) for block in region),
         in_main=f"pc >= {begin} && pc < {end}",
@@ -464,6 +471,8 @@ def _block_text(
     lines = [f"BLOCK(0x{block[0].address:x}, {offsets[-2]})"]
     if code.covered:
         lines.append(_cover(block[0].address, "RAN"))
+    if code.debugged:
+        lines.append(_begins(block[0], 0))
     shortcut = turns_left_out(block[0].address, own)
     if shortcut and code.waits(block[0].address):
         lines.append("chip->passed = 1;")
@@ -472,9 +481,11 @@ def _block_text(
         lines.append(f"ENGINE_CALL(0x{block[0].address:x}, {call})")
     if code.seam is not None and (number := divisor(block[0].address, own)):
         lines.append(f"DIVIDES_BY(0x{block[0].address:x}, {number})")
-    if shortcut and not code.covered:
+    if shortcut and not (code.covered or code.debugged):
         lines.append(shortcut)
     for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
+        if code.debugged and offset > 0:
+            lines.append(_begins(instruction, offset))
         lines += code.count(instruction)
         if instruction.name in _LEAVES and not is_interpreted(instruction):
             lines += _leave(instruction, offset, behind, inside, code)
@@ -486,6 +497,10 @@ def _block_text(
     elif block[-1].name not in _LEAVES:
         lines.append(code.go(block[-1], block[-1].end, offsets[-1], inside))
     return "\n".join(lines)
+
+
+def _begins(instruction: Instruction, offset: int) -> str:
+    return f"INSTRUCTION(0x{instruction.address:x}, {offset})"
 
 
 def _cover(address: int, what: str) -> str:
