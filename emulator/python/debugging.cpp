@@ -109,7 +109,7 @@ void register_debugging(nb::class_<PythonSimulation> &simulation) {
                  out["cycle"] = last->place.cycle;
                  out["why"] = name_of(last->why);
                  out["watch"] = last->watch;
-                 return std::move(out);
+                 return out;
              })
         .def("chip", chip_of, nb::arg("robot"), "Its data space, status, pc, cycle, at_s.")
         .def(

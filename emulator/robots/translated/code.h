@@ -69,6 +69,7 @@ typedef struct translated_chip {
     /// Of code that is DEBUGGED: an instruction begins, and all of the state is here. Nothing of it
     /// may be changed. Bits for `changed`.
     uint8_t (*instruction_begins)(struct translated_chip *chip);
+    uint8_t turns_wanted;  ///< likewise: no turn of an inner loop is left out
 } translated_chip_t;
 
 /// An access to this register does more than reading or writing a byte; CHANGE_EFFECT, of guests: a
@@ -186,6 +187,8 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 /// Notes for such a translation that something has happened.
 #define COVER(at, what) translation_coverage[(at) / 2] |= COVER_##what;
 
+/// Likewise, where passes/loops.h has a loop.
+#define LEAPS (!chip->executes && !chip->turns_wanted)
 /// Stands before each instruction of code whose robot a debugger holds. That code keeps registers
 /// where they are, in M.
 #define INSTRUCTION(at, offset)                                                             \

@@ -93,6 +93,8 @@ class Debugging {
     /// before the place that is wanted. NO_PLACE if there is none.
     static constexpr uint64_t NO_PLACE = UINT64_MAX;
     uint64_t executes_from(uint32_t robot) const;
+    /// Whether each turn of inner loops is executed (passes/loops.h): one of it may be wanted.
+    bool wants_turns() const { return wanted_.step || !wanted_.breakpoints.empty(); }
 
   private:
     struct Held {

@@ -168,6 +168,7 @@ uint64_t TranslatedRobot::place_wanted(uint64_t now) {
     if (debugging_ == nullptr) return NO_TIME;
     const uint64_t from = debugging_->executes_from(robot_.index);
     executes = !robot_.context->recalls_passes || from <= now;
+    turns_wanted = debugging_->wants_turns();
     return from <= now ? NO_TIME : from;
 }
 
@@ -385,7 +386,9 @@ Debugging::Instruction TranslatedRobot::instruction() const {
 }
 
 uint8_t TranslatedRobot::instruction_begins() {
-    return debugging_->look(instruction()) ? CHANGED : 0;
+    const bool is_wanted = debugging_->look(instruction());
+    turns_wanted = debugging_->wants_turns();
+    return is_wanted ? CHANGED : 0;
 }
 
 /// Its program counter points to what is no instruction: erased flash, mostly.

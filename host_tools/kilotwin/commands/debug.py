@@ -1,6 +1,5 @@
 """`kilotwin debug`: a run repeated, and a robot in it held by gdb, which can go back in time."""
 
-import shutil
 import socket
 import subprocess
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import steps
+from kilotwin.commands.gdb_programs import find_gdb
 from kilotwin.commands.options import (
     ConfineMode,
     Quiet,
@@ -24,9 +24,6 @@ from kilotwin.session.debug.gdb_server import GdbServer
 from kilotwin.session.debug.repeated_run import Repeated, moment, travel_in
 
 app = command_app()
-
-GDBS = ("avr-gdb", "gdb-multiarch")
-"""Programs of Debian's packages gdb-avr and gdb-multiarch."""
 
 
 @app.command(
@@ -60,7 +57,7 @@ def debug(
     note = steps.note(quiet)
     repeated = Repeated.of(target, given_settings(settings, seed))
     at_s = moment(at, repeated.duration_s)
-    gdb = None if port is not None else _find_gdb()
+    gdb = None if port is not None else _gdb()
     with _listening(port or 0) as listener, travel_in(repeated, [robot], note) as (travel, symbols):
         here = listener.getsockname()[1]
         note(f"repeating the run up to {at_s:g} s")
@@ -80,13 +77,12 @@ def debug(
     typer.echo(f"what led to it: kilotwin view {target}")
 
 
-def _find_gdb() -> str:
-    for name in GDBS:
-        if found := shutil.which(name):
-            return found
-    raise InputError(
-        "no gdb for AVR is here; type: apt-get install gdb-avr, or give --port for one elsewhere"
-    )
+def _gdb() -> str:
+    gdb = find_gdb()
+    if gdb is None:
+        what = "no gdb for AVR is here; type: apt-get install gdb-avr, or give --port"
+        raise InputError(f"{what} for one elsewhere")
+    return gdb
 
 
 def _listening(port: int) -> socket.socket:

@@ -37,6 +37,12 @@ export function robotRows(scene: Scene, between: Between, place: number, robot: 
   return rows;
 }
 
+// What to type to hold it there and then, line by line. A real robot cannot be held.
+export function debugRows(scene: Scene, robot: number, timeS: number): Row[] {
+  if (!scene.emulated || timeS < 0) return [];
+  return [["hold it", `kilotwin debug ${scene.folder} --robot ${robot} --at ${timeS.toFixed(2)}`]];
+}
+
 // How it moves between two samples, which is what its motors came to.
 function motionRows({ from, to, spanS, earlier }: Between, place: number): Row[] {
   if (earlier || !spanS || Number.isNaN(from.x[place])) return [];

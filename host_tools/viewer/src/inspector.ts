@@ -1,7 +1,7 @@
 // The panel with all that is known of the robot, or of the cell, that was chosen.
 
 import type { Pane } from "./pane";
-import { cellRows, metricRows, moduleRows, robotRows, textOf, type Row } from "./facts";
+import { cellRows, debugRows, metricRows, moduleRows, robotRows, textOf, type Row } from "./facts";
 import { uidOf, type Counters, type ModuleAnswer, type RobotAnswer, type Scene } from "./scene";
 import type { Source } from "./source";
 
@@ -89,7 +89,8 @@ export class Inspector {
     } else if (this.robot !== null && this.pane.shown) {
       const place = this.pane.placeOf(this.robot);
       const rows = robotRows(scene, this.pane.shown, place, this.robot);
-      facts(list, [...rows, ...metricRows(scene, this.metrics, timeS)]);
+      const measured = metricRows(scene, this.metrics, timeS);
+      facts(list, [...rows, ...measured, ...debugRows(scene, this.robot, timeS)]);
     }
   }
 

@@ -329,6 +329,10 @@ class _Code:
                 yield f"COUNT({instruction.k}, {place + instruction.k - counter.address});"
             place += counter.bytes
 
+    def begins(self, instruction: Instruction, offset: int) -> list[str]:
+        """Says so, `offset` cycles after its block's begin, of code that is debugged."""
+        return [f"INSTRUCTION(0x{instruction.address:x}, {offset})"] if self.debugged else []
+
     def waits(self, address: int) -> bool:
         """Whether it is one of delay(): time goes by there in loops alone."""
         begin, end = (0, 0) if self.seam is None else self.seam.delay
@@ -471,21 +475,19 @@ def _block_text(
     lines = [f"BLOCK(0x{block[0].address:x}, {offsets[-2]})"]
     if code.covered:
         lines.append(_cover(block[0].address, "RAN"))
-    if code.debugged:
-        lines.append(_begins(block[0], 0))
     shortcut = turns_left_out(block[0].address, own)
     if shortcut and code.waits(block[0].address):
         lines.append("chip->passed = 1;")
     call = code.engine_call(block[0].address)
     if call is not None:
+        lines += code.begins(block[0], 0)
         lines.append(f"ENGINE_CALL(0x{block[0].address:x}, {call})")
     if code.seam is not None and (number := divisor(block[0].address, own)):
         lines.append(f"DIVIDES_BY(0x{block[0].address:x}, {number})")
-    if shortcut and not (code.covered or code.debugged):
-        lines.append(shortcut)
+    if shortcut and not code.covered:
+        lines.append(f"if (LEAPS) {{ {shortcut} }}" if code.debugged else shortcut)
     for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
-        if code.debugged and offset > 0:
-            lines.append(_begins(instruction, offset))
+        lines += code.begins(instruction, offset)
         lines += code.count(instruction)
         if instruction.name in _LEAVES and not is_interpreted(instruction):
             lines += _leave(instruction, offset, behind, inside, code)
@@ -497,10 +499,6 @@ def _block_text(
     elif block[-1].name not in _LEAVES:
         lines.append(code.go(block[-1], block[-1].end, offsets[-1], inside))
     return "\n".join(lines)
-
-
-def _begins(instruction: Instruction, offset: int) -> str:
-    return f"INSTRUCTION(0x{instruction.address:x}, {offset})"
 
 
 def _cover(address: int, what: str) -> str:

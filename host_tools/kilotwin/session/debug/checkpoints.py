@@ -4,7 +4,7 @@ it, bounded in number and in memory."""
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-MOST = 96
+MOST = 48
 """So many are kept."""
 MOST_BYTES = 512 << 20
 """So much memory they may have of their own, all together."""

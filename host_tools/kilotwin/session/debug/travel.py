@@ -13,6 +13,7 @@ import select
 import signal
 import tempfile
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -35,11 +36,13 @@ from kilotwin.session.job import Job
 from kilotwin.units import ticks
 
 # Links for checkpoints, for the present, and for a world that looks for something.
-_LINKS = MOST + 4
+_MOST_AT_ONCE = 4
+_LINKS = MOST + _MOST_AT_ONCE + 3
 _EVERY_S = 10.0
 """From checkpoint to checkpoint when a run is repeated; more in a long one."""
 _LONGEST_LOG = 1 << 16
 _ASK_S = 0.05
+_LONGEST_STEP = 4  # ticks of a world step
 _END_S = 10.0
 
 
@@ -121,6 +124,7 @@ class Travel:
         self._processes: set[int] = set()
         self._bytes: dict[int, int] = {}
         self._child = 0
+        self._cores = min(_MOST_AT_ONCE, len(os.sched_getaffinity(0)))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -152,7 +156,7 @@ class Travel:
         cycle = self._ask(self._present, do="cycle", robot=robot, at_s=at_s)["cycle"]
         place = Place(robot, cycle)
         end = ticks(at_s)
-        last = max(begin, end - 2)
+        last = max(begin, end - 2 * _LONGEST_STEP)
         forks = {begin, last, *range(0, last, self._every), *on_the_way(max(begin, 0), end)}
         self.now = Stop(place, begin, "begin")
         # Up to there it goes at full speed: no robot is held yet.
@@ -195,7 +199,8 @@ class Travel:
                 now = self.go_to(now.place)
             if now.why == "begin" or now.before <= 0:
                 return self._at_begin()
-            return self.go_to(Place(now.place.robot, now.before))
+            stop = self.go_to(Place(now.place.robot, now.before))
+            return self._set(replace(stop, why="step"))
         found = self._found_before(now, wanted)
         if found is None:
             return self._at_begin()
@@ -203,31 +208,37 @@ class Travel:
         return self._set(replace(stop, why=found["why"], watch=found["watch"]))
 
     def _found_before(self, now: Stop, wanted: Wanted) -> Message | None:
-        """Looks from the present back, from checkpoint to checkpoint."""
+        """Looks from the present back, from checkpoint to checkpoint, on all cores at once."""
         at_end = now.why == "end"
         tick = now.tick if at_end else self._tick_of(now.place)
         before = [one for one in self.checkpoints if one.tick < tick]
-        until: int | None = None
         # Where several are held it goes step by step, so that what was last was so in all of them.
         rush_to = _FAR if len(self.robots) == 1 else -_FAR
-        for checkpoint in reversed(before):
-            world = self._fork(
-                checkpoint,
-                hold=self.robots,
-                wanted=_order(
-                    wanted,
-                    only_notes=True,
-                    until=None if until is not None or at_end else now.place,
-                ),
-                stand_at=tick if until is None and at_end else until,
-                rush_to=rush_to,
-            )
-            found: Message | None = self._await(world)["found"]
+        ends = [*(one.tick for one in before[1:]), tick]
+        looks = list(reversed(list(zip(before, ends, strict=True))))
+        worlds: deque[_World] = deque()
+        found: Message | None = None
+        while found is None and (looks or worlds):
+            while looks and len(worlds) < self._cores:
+                checkpoint, end = looks.pop(0)
+                is_last = end == tick and not at_end
+                worlds.append(
+                    self._fork(
+                        checkpoint,
+                        hold=self.robots,
+                        wanted=_order(
+                            wanted, only_notes=True, until=now.place if is_last else None
+                        ),
+                        stand_at=None if is_last else end,
+                        rush_to=rush_to,
+                    )
+                )
+            world = worlds.popleft()
+            found = self._await(world)["found"]
             self._end(world)
-            if found is not None:
-                return found
-            until = checkpoint.tick
-        return None
+        for world in worlds:
+            self._end(world)
+        return found
 
     def go_to(self, place: Place) -> Stop:
         """To an instruction, or the first one of that robot behind it."""
@@ -258,7 +269,7 @@ class Travel:
         return {
             "hold": self.robots,
             "wanted": {**NOTHING, "until": [place.robot, place.cycle]},
-            "rush_to": tick - 1,
+            "rush_to": tick - _LONGEST_STEP,
         }
 
     def _at_begin(self) -> Stop:

@@ -2,6 +2,7 @@
 puts the run together and then obeys."""
 
 import contextlib
+import gc
 import os
 import resource
 import signal
@@ -83,8 +84,8 @@ def _be_world(
         _emulator.end_with_parent(parent)
         with Path(os.devnull).open("rb") as nothing:
             os.dup2(nothing.fileno(), 0)
-        for number in (1, 2):
-            os.dup2(log.fileno(), number)
+        for stream in (1, 2):
+            os.dup2(log.fileno(), stream)
         _close_all_but({link.fileno() for link in links})
         _repeat(job, held, links)
         code = 0
@@ -120,6 +121,10 @@ def _repeat(job: Job, held: Sequence[Held], links: Sequence[Link]) -> None:
             load_confined,
             lambda world: [HeldWorld(world.simulation, links)],
         )
+        # A collection touches every object, and so copies the memory that forks share.
+        gc.collect()
+        gc.freeze()
+        gc.disable()
         trial.run(lambda: False)
     except KilotwinError as error:
         links[0].send({"type": "error", "exit_code": error.exit_code, "message": str(error)})
