@@ -3,8 +3,10 @@ so that they can be held."""
 
 import contextlib
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 
 from kilotwin.errors import InputError
@@ -97,11 +99,19 @@ def _check(experiment: Experiment, robots: Sequence[int]) -> None:
         if tier == "translated":
             continue
         if tier == "native":
+            key = (
+                f"robots.{_group(experiment, robot)}.cpu" if experiment.keys.robots else "swarm.cpu"
+            )
             what = "runs natively, as code of this computer, which gdb cannot hold in a simulation"
-            remedy = "let it run translated (the same source): --set robots.cpu=translated"
+            remedy = f"let it run translated, the same source: --set {key}=translated"
             raise InputError(f"robot {robot} {what}; {remedy}")
         what = "runs on a simulated ATmega328P, which is held without a way back"
         raise InputError(f"robot {robot} {what}; type: kilotwin run EXPERIMENT --gdb {robot}")
+
+
+def _group(experiment: Experiment, robot: int) -> int:
+    ends = list(accumulate(group.count for group in experiment.groups))
+    return bisect_right(ends, robot)
 
 
 def moment(at_s: float | None, duration_s: float) -> float:
