@@ -91,7 +91,7 @@ def test_what_was_last_is_found_from_the_present_and_from_the_end_alike(recorded
 
 
 def test_any_robot_is_the_one_that_does_it_first(recorded: Path) -> None:
-    with travelling(recorded, list(range(12)), 150.0) as travel:
+    with travelling(recorded, list(range(12)), 156.8) as travel:
         alarm = Wanted(watches=((address_of(travel, "met.alarm"), 1),))
         stop = travel.go_on(alarm)
         assert (stop.why, stop.place.robot) == ("watch", ALARMED)
@@ -145,6 +145,18 @@ robots = [
   {program = "walker.c", cpu = "translated", count = 2},
 ]
 """
+
+
+def test_each_world_is_confined_as_a_run_is(recorded: Path) -> None:
+    with travelling(recorded, [3], 20.0) as travel:
+        travel.go_back(Wanted(), step=True)
+        worlds = [one.process for one in travel.checkpoints]
+        said = [Path(f"/proc/{world}/status").read_text() for world in worlds]
+        kept = travel.bytes_kept()
+    assert len(said) > 3
+    assert all("NoNewPrivs:\t1" in text and "Seccomp:\t2" in text for text in said)
+    assert kept > 0
+    assert not any(Path(f"/proc/{world}").exists() for world in worlds)
 
 
 def test_chips_go_on_from_a_checkpoint_beside_robots_that_are_held(

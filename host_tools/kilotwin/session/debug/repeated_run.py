@@ -103,7 +103,7 @@ def _check(experiment: Experiment, robots: Sequence[int]) -> None:
                 f"robots.{_group(experiment, robot)}.cpu" if experiment.keys.robots else "swarm.cpu"
             )
             what = "runs natively, as code of this computer, which gdb cannot hold in a simulation"
-            remedy = f"let it run translated, the same source: --set {key}=translated"
+            remedy = f"let it run translated, the same source: --set {key}.cpu=translated"
             raise InputError(f"robot {robot} {what}; {remedy}")
         what = "runs on a simulated ATmega328P, which is held without a way back"
         raise InputError(f"robot {robot} {what}; type: kilotwin run EXPERIMENT --gdb {robot}")
