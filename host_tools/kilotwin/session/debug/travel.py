@@ -129,8 +129,7 @@ class Travel:
 
     def __exit__(self, *_: object) -> None:
         for process in self._processes:
-            with contextlib.suppress(OSError):
-                os.kill(process, signal.SIGKILL)
+            _kill(process)
         if self._child:
             os.waitpid(self._child, 0)
         for link in self._links:
@@ -350,13 +349,7 @@ class Travel:
 
     def _end(self, world: _World) -> None:
         """Ends it, and waits until it can say nothing more."""
-        with contextlib.suppress(OSError):
-            handle = os.pidfd_open(world.process)
-            try:
-                os.kill(world.process, signal.SIGKILL)
-                select.select([handle], [], [], _END_S)
-            finally:
-                os.close(handle)
+        _kill(world.process)
         self._processes.discard(world.process)
         self._bytes.pop(world.process, None)
         self._free.append(world.slot)
@@ -452,6 +445,17 @@ def _order(
         "only_notes": only_notes,
         "until": None if until is None else [until.robot, until.cycle],
     }
+
+
+def _kill(process: int) -> None:
+    """Ends a process, if it is there, and waits for that."""
+    with contextlib.suppress(OSError):
+        handle = os.pidfd_open(process)
+        try:
+            signal.pidfd_send_signal(handle, signal.SIGKILL)
+            select.select([handle], [], [], _END_S)
+        finally:
+            os.close(handle)
 
 
 def _is_gone(process: int) -> bool:
