@@ -37,10 +37,10 @@ export function robotRows(scene: Scene, between: Between, place: number, robot: 
   return rows;
 }
 
-// What to type to hold it there and then, line by line. A real robot cannot be held.
-export function debugRows(scene: Scene, robot: number, timeS: number): Row[] {
-  if (!scene.emulated || timeS < 0) return [];
-  return [["hold it", `kilotwin debug ${scene.folder} --robot ${robot} --at ${timeS.toFixed(2)}`]];
+// What to type to hold it there and then, line by line; nothing of a real robot.
+export function holding(scene: Scene, robot: number, timeS: number): string {
+  if (!scene.emulated || timeS < 0) return "";
+  return `kilotwin debug ${scene.folder} --robot ${robot} --at ${timeS.toFixed(2)}`;
 }
 
 // How it moves between two samples, which is what its motors came to.
