@@ -8,13 +8,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.processes import alive
 
+from kilotwin import World, _emulator
 from kilotwin.commands.gdb_programs import find_gdb
 from kilotwin.experiment.text import parse_setting
 from kilotwin.programs.guest_symbols import GuestSymbols
+from kilotwin.programs.translate.translation import translated_guest
+from kilotwin.session.debug.held_world import NOTHING
 from kilotwin.session.debug.repeated_run import Repeated, travel_in
 from kilotwin.session.debug.travel import Place, Travel, Wanted
 
@@ -65,6 +69,29 @@ def test_travelling_back_and_forth_leaves_the_result_as_it_was(recorded: Path) -
         assert travel.go_back(alarm).place == raised.place
         assert travel.go_on(Wanted()).why == "end"
         assert travel.result_hash() == repeated.result_hash
+
+
+@pytest.mark.parametrize("wanted", [{"step": True}, {"message": True}, {"breakpoints": [0x100]}])
+def test_a_run_that_was_stepped_through_has_the_result_of_one_that_was_not(
+    wanted: dict[str, object],
+) -> None:
+    program = str(ROOT / "experiments/debugging/neighbours.c")
+    keys: dict[str, Any] = {"program": program, "count": 5, "arena": (0.3, 0.3), "seed": 1}
+    results = []
+    for is_held in (False, True):
+        with World(**keys, cpu="translated") as world:
+            simulation = world._simulation
+            world.run_ticks(40)
+            if is_held:
+                (group,) = world._experiment.groups
+                held = translated_guest(group.program, debugged=True)
+                _emulator.hold_by(simulation.program(0), "neighbours", str(held.file))
+                simulation.hold(range(5), lambda _: None)
+                simulation.want({**NOTHING, **wanted, "only_notes": True})
+            world.run_ticks(80)
+            results.append(simulation.result_hash())
+            assert not is_held or simulation.found() is not None or "breakpoints" in wanted
+    assert results[0] == results[1]
 
 
 def test_a_step_back_is_the_instruction_before(recorded: Path) -> None:
