@@ -33,7 +33,7 @@ void check(bool done, const char *what) {
 /// A confined worker that has yet to load its guests.
 struct Loader {
     uint64_t memory_bytes;
-    bool sockets, loads_later;
+    bool sockets, loads_later, forks;
     std::ifstream status;  ///< opened before Landlock shuts it, as is the group
     std::ofstream group;
 };
@@ -78,10 +78,11 @@ std::vector<std::string> confine_worker(const Confinement &wanted) {
     loader = {wanted.memory_bytes,
               wanted.sockets,
               wanted.loads_later,
+              wanted.forks,
               std::ifstream("/proc/self/status"),
               {}};
     if (!wanted.memory_group.empty()) loader->group.open(wanted.memory_group);
-    return confine(wanted, SystemCallFilter::of_loader(wanted.sockets));
+    return confine(wanted, SystemCallFilter::of_loader(wanted.sockets, wanted.forks));
 }
 
 void close_worker() {
@@ -93,7 +94,8 @@ void close_worker() {
         limit(RLIMIT_DATA, now.own + last.memory_bytes);
     }
     if (last.group.is_open()) last.group << "0" << std::flush;
-    if (SystemCallFilter::is_there()) SystemCallFilter::of_worker(last.sockets).install();
+    if (SystemCallFilter::is_there())
+        SystemCallFilter::of_worker(last.sockets, last.forks).install();
 }
 
 void end_loading() {

@@ -28,6 +28,8 @@ struct Confinement {
     /// close_worker() waits for end_loading(): of a worker that runs no native guest, and maps
     /// faster code of its translations when that is there.
     bool loads_later = false;
+    /// It may fork, as a debugger's world does; its forks are confined as it is.
+    bool forks = false;
 };
 
 /// More than our largest programs take several times over.

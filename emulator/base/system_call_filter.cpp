@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <linux/audit.h>
 #include <linux/prctl.h>
+#include <linux/sched.h>
 #include <linux/seccomp.h>
 #include <signal.h>
 #include <sys/ioctl.h>
@@ -139,13 +140,19 @@ void SystemCallFilter::allow_if(int number, std::initializer_list<Argument> want
 }
 
 /// The common part of both filters of a worker.
-void SystemCallFilter::allow_work(bool sockets) {
+void SystemCallFilter::allow_work(bool sockets, bool forks) {
     begin();
     for (const int number : WORKER) answer(number, ALLOW);
     if (sockets)
         for (const int number : OPEN_SOCKETS) answer(number, ALLOW);
     // A send names no address: it reaches the other end of a connection alone, also by UDP.
     if (sockets) allow_if(SYS_sendto, {{4, WHOLE, 0}, {4, WHOLE, 0, true}});
+    if (forks) {
+        // As fork() calls it: no thread, and no namespace.
+        constexpr uint32_t AS_FORK = CLONE_CHILD_CLEARTID | CLONE_CHILD_SETTID | SIGCHLD;
+        allow_if(SYS_clone, {{0, WHOLE, AS_FORK}, {0, WHOLE, 0, true}});
+        answer(SYS_rt_sigprocmask, ALLOW);
+    }
     // Private memory, which is counted.
     allow_if(SYS_mmap, {{2, PROT_EXEC, 0}, {3, MAP_SHARED | MAP_GROWSDOWN, 0}});
     allow_if(SYS_mprotect, {{2, PROT_EXEC, 0}});
@@ -162,9 +169,9 @@ void SystemCallFilter::allow_work(bool sockets) {
     allow_if(SYS_prctl, {{0, WHOLE, PR_SET_VMA}});
 }
 
-SystemCallFilter SystemCallFilter::of_loader(bool sockets) {
+SystemCallFilter SystemCallFilter::of_loader(bool sockets, bool forks) {
     SystemCallFilter filter;
-    filter.allow_work(sockets);
+    filter.allow_work(sockets, forks);
     for (const int number : WHILE_LOADING) filter.answer(number, ALLOW);
     if (sockets)
         for (const int number : NEW_SOCKETS) filter.answer(number, ALLOW);
@@ -173,9 +180,9 @@ SystemCallFilter SystemCallFilter::of_loader(bool sockets) {
     return filter;
 }
 
-SystemCallFilter SystemCallFilter::of_worker(bool sockets) {
+SystemCallFilter SystemCallFilter::of_worker(bool sockets, bool forks) {
     SystemCallFilter filter;
-    filter.allow_work(sockets);
+    filter.allow_work(sockets, forks);
     filter.program_.push_back(give(TRAP));
     return filter;
 }

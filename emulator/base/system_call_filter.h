@@ -20,12 +20,13 @@ class SystemCallFilter {
   public:
     /// An allow-list for a worker: memory, files that it may open, time, its own end. No memory
     /// that can be executed or that is shared, no process or thread, no signal but abort()'s, no
-    /// change of what signals do, no pipes; connections only by `sockets` that are there.
-    static SystemCallFilter of_worker(bool sockets);
+    /// change of what signals do, no pipes; connections only by `sockets` that are there, processes
+    /// only as `forks` of it.
+    static SystemCallFilter of_worker(bool sockets, bool forks);
 
     /// The same for a worker that has yet to load its guests: it maps code of files, opens ports if
     /// it may have sockets, limits its memory, and installs a further filter.
-    static SystemCallFilter of_loader(bool sockets);
+    static SystemCallFilter of_loader(bool sockets, bool forks);
 
     /// A refuse-list for a compiler and what it starts: the network, and other processes.
     static SystemCallFilter of_compiler();
@@ -39,7 +40,7 @@ class SystemCallFilter {
     /// Refuses code of other machines, and leaves the number of the call loaded.
     void begin();
     /// Allows what a worker needs at all times.
-    void allow_work(bool sockets);
+    void allow_work(bool sockets, bool forks);
     /// The kernel's answer to a call, whatever its arguments are.
     void answer(int number, uint32_t answer);
 

@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "python/arrays.h"
+#include "python/debugging.h"
 #include "python/grid.h"
 #include "python/specification.h"
 #include "python/trail.h"
@@ -308,6 +309,7 @@ void register_simulation(nb::module_ &m) {
     register_robots(simulation);
     register_grid(simulation);
     register_trail(simulation);
+    register_debugging(simulation);
 }
 
 }  // namespace kilotwin

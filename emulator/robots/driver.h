@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/errors.h"
 #include "robots/record.h"
 #include "robots/tier.h"
 
@@ -62,6 +63,20 @@ class Driver {
     /// The light of a frame falls on its receiver, from `begin` on.
     virtual void disturb(RobotRecord & /*robot*/, Cycles /*begin*/, const message_t & /*message*/) {
     }
+
+    /// Its chip between two of its runs: data space, flags from C to I, program counter as a byte
+    /// address, and its own cycle.
+    struct Standing {
+        const uint8_t *data, *flags;
+        uint32_t pc;
+        uint64_t cycle;
+    };
+    /// EngineError where programs do not run translated.
+    virtual Standing standing(const RobotRecord & /*robot*/) const {
+        throw EngineError(name_ + " does not run translated: no debugger can hold it");
+    }
+    /// A debugger takes hold of a robot (translated/debugging.h). Errors likewise.
+    virtual void begin_hold(RobotRecord &robot) { standing(robot); }
 
     /// RGB() value of its LED at `at`, the time run up to.
     virtual uint8_t color(const RobotRecord &robot, Cycles /*at*/) const { return robot.color; }

@@ -71,6 +71,8 @@ struct BlackBox {
 };
 
 /// Shared by all robots of a simulation.
+class Debugging;
+
 struct RobotContext {
     const Chance &chance;
     Events &events;
@@ -83,6 +85,7 @@ struct RobotContext {
     bool recalls_passes = true;            ///< of translated programs, those that change nothing
     Listening *listening = nullptr;        ///< null: to none
     Trail *trail = nullptr;                ///< of what their code does; null: none is kept
+    Debugging *debugging = nullptr;        ///< of translated programs; null: none is held
 };
 
 /// Faults that are noted once per robot, as bits: mistakes that its program survives, and an order

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/board_clock.h"
 #include "base/clock.h"
 #include "base/few.h"
 #include "base/memory.h"
@@ -209,6 +210,11 @@ class alignas(64) Robot {
 
     /// Copy of its program's variables; empty for a robot on a board.
     std::vector<uint8_t> variables() const { return driver().variables(record_); }
+
+    // For a debugger (driver.h).
+    BoardClock clock() const { return {record_.power_up, record_.tick_length}; }
+    Driver::Standing standing() const { return driver().standing(record_); }
+    void begin_hold() { driver().begin_hold(record_); }
 
     /// Duties of its motors as they are driven now, 0..255.
     uint8_t left_duty() const { return record_.left; }

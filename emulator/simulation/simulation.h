@@ -12,6 +12,7 @@
 #define KILOTWIN_SIMULATION_SIMULATION_H
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,6 +36,7 @@
 #include "physics/chassis.h"
 #include "physics/light.h"
 #include "robots/robot.h"
+#include "robots/translated/debugging.h"
 #include "simulation/commands.h"
 #include "simulation/floor_sensing.h"
 #include "simulation/recorder.h"
@@ -207,6 +209,19 @@ class Simulation {
     Trail &keep_trail(size_t capacity, bool of_code);
     /// EngineError if none is kept.
     Trail &trail() const;
+    /// A debugger takes hold of these robots, which run translated, and lets go of all others:
+    /// between two calls of advance(). `on_stop` must not throw. EngineError for other robots.
+    void hold(const std::vector<uint32_t> &robots,
+              std::function<void(const Debugging::Stop &)> on_stop);
+    /// EngineError if none was held so far.
+    Debugging &debugging() const;
+    /// What was wanted last of robots that are held, up to now.
+    std::optional<Debugging::Found> found() const;
+    /// The chip of a robot that runs translated, in the midst of a step too. EngineError likewise.
+    Driver::Standing standing(uint32_t robot) const;
+    /// World time of a robot's own cycle, and the cycle at a moment since t = 0.
+    Cycles moment_of(uint32_t robot, uint64_t cycle) const;
+    uint64_t own_cycle(uint32_t robot, double at_s) const;
 
     /// Seconds that a robot's motors were on so far while neither turned.
     double hummed_s(uint32_t robot) const { return bodies_.hummed_s(robot); }
@@ -272,6 +287,7 @@ class Simulation {
     BlackBox *black_box_ = nullptr;    ///< mapped file that tells which robot runs, or null
     Listening listening_;
     std::unique_ptr<Trail> trail_;                     ///< null: none is kept
+    std::unique_ptr<Debugging> debugging_;             ///< null until a robot is held
     RobotContext context_;                             ///< what all robots share
     std::vector<std::unique_ptr<Driver>> drivers_;     ///< by group
     Swarm<Robot> robots_;                              ///< by index; those on boards too

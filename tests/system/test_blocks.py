@@ -23,6 +23,7 @@ from .conftest import ROOT, SIMPLIFIED, Kilotwin, block
 # Whose blocks are run by tests of their own.
 RUN_ELSEWHERE = {
     "README.md": "tests/system/test_docs.py",
+    "docs/debugging.md": "tests/system/test_debug.py",
     "docs/experiments.md": "tests/unit/experiment/test_docs.py",
     "docs/metrics.md": "tests/system/test_metrics.py",
     "docs/parameters.md": "tests/system/test_parameters.py",
@@ -33,7 +34,7 @@ RUN_ELSEWHERE = {
 }
 # Blocks without a language: commands, whose words test_docs.py looks up, and what they printed.
 NOT_RUN = {
-    "docs/avr.md": "avr-gdb is not installed; tests/system/test_avr.py speaks its protocol",
+    "docs/avr.md": "waits for a second command; tests/system/test_avr.py speaks avr-gdb's protocol",
     "docs/environment.md": "waits for robots, or for another command; "
     "tests/system/test_record_environment.py types both",
     "docs/lab.md": "wants a programmer, a table or robots; tests/hardware types them there, and "

@@ -50,7 +50,7 @@ def test_turns_that_are_left_out_do_what_they_would_do(
     short = translator.translate(flash, {})
     for name, times in SHORTCUTS.items():
         assert "".join(short).count(f"{name}(") == times
-    each = translator.translate(flash, {}, covered=True)
+    each = translator.translate(flash, {}, variant="covered")
     ends = [
         subprocess.run(
             [str(program(texts, tmp_path / name)), str(STATES), "1"],

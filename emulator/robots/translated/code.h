@@ -73,6 +73,10 @@ typedef struct translated_chip {
     /// Of such a translation: the jump by which a function has gone on in another one, which
     /// returns in its place; 0: none since the last call or return.
     uint32_t jumped;
+    /// Of code that is DEBUGGED: an instruction begins, and all of the state is here. Nothing of it
+    /// may be changed. Bits for `changed`.
+    uint8_t (*instruction_begins)(struct translated_chip *chip);
+    uint8_t turns_wanted;  ///< likewise: no turn of an inner loop is left out
 } translated_chip_t;
 
 /// An access to this register does more than reading or writing a byte; CHANGE_EFFECT, of guests: a
@@ -189,6 +193,19 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 
 /// Notes for such a translation that something has happened.
 #define COVER(at, what) translation_coverage[(at) / 2] |= COVER_##what;
+
+/// Likewise, where passes/loops.h has a loop.
+#define LEAPS (!chip->executes && !chip->turns_wanted)
+/// Stands before each instruction of code whose robot a debugger holds. That code keeps registers
+/// where they are, in M.
+#define INSTRUCTION(at, offset)                                                             \
+    do {                                                                                    \
+        M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8);                                \
+        F[0] = (uint8_t)cf, F[1] = zr == 0, F[2] = nr >> 7, F[3] = vr >> 7, F[4] = sr >> 7; \
+        F[5] = hr >> 4 & 1, F[6] = (uint8_t)tf, F[7] = (uint8_t)inf;                        \
+        chip->left = left - (offset), chip->pc = (at);                                      \
+        changed |= chip->instruction_begins(chip);                                          \
+    } while (0);
 
 /// Leaves the region with `at` as the next instruction, `spent` cycles after the block's begin: all
 /// that comes before it in the block has been done.

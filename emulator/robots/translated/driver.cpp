@@ -73,7 +73,9 @@ void TranslatedDriver::run(RobotRecord &robot) {
     prefetch_chip(image);
     const bool rests =
         image.pass_cycles != 0 && image.interrupt == TranslatedImage::Interrupt::NONE;
-    if (rests && image.waits_for == 0 && robot.next_interrupt() >= robot.until) {
+    const Debugging *debugging = robot.context->debugging;
+    const bool is_held = debugging != nullptr && debugging->holds(robot.index);
+    if (rests && !is_held && image.waits_for == 0 && robot.next_interrupt() >= robot.until) {
         robot.now = robot.until;
         return;
     }
@@ -121,6 +123,22 @@ void TranslatedDriver::disturb(RobotRecord &robot, Cycles begin, const message_t
     if (lights.size() == lights.capacity()) lights.reserve(lights.size() + MORE_LIGHTS);
     const uint64_t from = BoardClock{robot.power_up, robot.tick_length}.own_cycle(begin);
     lights.push_back({from, of(robot).image.sends_until, message, 0});
+}
+
+Driver::Standing TranslatedDriver::standing(const RobotRecord &robot) const {
+    const TranslatedImage &image = of(robot).image;
+    return {image.data.data(), image.flags.data(), image.pc, image.cycle};
+}
+
+/// Passes that it rests in are executed anew: a debugger may want something in them.
+void TranslatedDriver::begin_hold(RobotRecord &robot) {
+    if (program_.debugged() == nullptr)
+        throw EngineError(name() + ": no code of it is there that a debugger can hold");
+    TranslatedImage &image = of(robot).image;
+    image.pass_cycles = 0;
+    image.rest.ends = 0;
+    image.changed |= CHANGED;
+    robot.only_ticks_until = 0;
 }
 
 std::vector<uint8_t> TranslatedDriver::variables(const RobotRecord &robot) const {

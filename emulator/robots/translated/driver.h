@@ -24,6 +24,8 @@ class TranslatedDriver final : public Driver {
     void received_beside(RobotRecord &robot, Cycles at) override;
     void disturb(RobotRecord &robot, Cycles begin, const message_t &message) override;
     std::vector<uint8_t> variables(const RobotRecord &robot) const override;
+    Standing standing(const RobotRecord &robot) const override;
+    void begin_hold(RobotRecord &robot) override;
 
   private:
     static TranslatedState &of(const RobotRecord &robot) {

@@ -44,15 +44,28 @@ TranslatedProgram &TranslatedProgram::load(const std::string &path, const std::s
 }
 
 void TranslatedProgram::take_over(const std::string &path, const std::string &faster) {
+    const auto [program, code] = another(path, faster);
+    program->code_ = code;
+}
+
+void TranslatedProgram::hold_by(const std::string &path, const std::string &name,
+                                const std::string &debugged) {
+    load(path, name);
+    const auto [program, code] = another(path, debugged);
+    program->debugged_ = code;
+}
+
+std::pair<TranslatedProgram *, const translation_t *>
+TranslatedProgram::another(const std::string &path, const std::string &other) {
     const auto found = loaded().find(path);
     if (found == loaded().end()) throw EngineError(path + " is no translation that is loaded");
     TranslatedProgram &program = *found->second;
-    void *handle = load_guest_file(faster, "code of " + program.name_ + " cannot be loaded");
+    void *handle = load_guest_file(other, "code of " + program.name_ + " cannot be loaded");
     const auto *code = static_cast<const translation_t *>(dlsym(handle, "translation"));
     if (code == nullptr || code->version != TRANSLATION_VERSION || code->seam == nullptr ||
         !are_alike(program.code(), *code))
-        throw EngineError(faster + " is no translation of " + program.name_);
-    program.code_ = code;
+        throw EngineError(other + " is no translation of " + program.name_);
+    return {&program, code};
 }
 
 TranslatedProgram::TranslatedProgram(const std::string &path, std::string name)

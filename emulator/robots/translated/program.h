@@ -4,6 +4,7 @@
 #define KILOTWIN_ROBOTS_TRANSLATED_PROGRAM_H
 
 #include <string>
+#include <utility>
 
 #include "robots/translated/code.h"
 #include "robots/translated/passes/known_pass.h"
@@ -23,12 +24,19 @@ class TranslatedProgram {
     /// steps. Throws EngineError if nothing is loaded from there, or it is not the same.
     static void take_over(const std::string &path, const std::string &faster);
 
+    /// Loads both, and takes `debugged` for the code of robots that a debugger holds: the same
+    /// translation, made with DEBUGGED. Errors as of load() and take_over().
+    static void hold_by(const std::string &path, const std::string &name,
+                        const std::string &debugged);
+
     TranslatedProgram(const TranslatedProgram &) = delete;
     TranslatedProgram &operator=(const TranslatedProgram &) = delete;
 
     const std::string &name() const { return name_; }
     const std::string &path() const { return path_; }
     const translation_t &code() const { return *code_; }
+    /// That of robots that are held (debugging.h); null before hold_by().
+    const translation_t *debugged() const { return debugged_; }
     /// Registers that have an effect, by address (code.h).
     static const uint8_t *effects();
 
@@ -40,8 +48,13 @@ class TranslatedProgram {
   private:
     TranslatedProgram(const std::string &path, std::string name);
 
+    /// The program that is loaded from `path`, and another translation of it.
+    static std::pair<TranslatedProgram *, const translation_t *> another(const std::string &path,
+                                                                         const std::string &other);
+
     std::string name_, path_;
     const translation_t *code_;
+    const translation_t *debugged_ = nullptr;
 };
 
 }  // namespace kilotwin

@@ -18,6 +18,11 @@ namespace {
 constexpr uint64_t NO_TIME = TranslatedImage::NO_TIME;
 constexpr uint32_t PROGRAM_COUNTER = 0x7FFE;
 
+Debugging *debugging_of(const RobotRecord &robot) {
+    Debugging *all = robot.context->debugging;
+    return all != nullptr && all->holds(robot.index) ? all : nullptr;
+}
+
 }  // namespace
 
 TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
@@ -28,7 +33,8 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
       image_(state.image),
       rare_(state.rare),
       state_(state),
-      code_(program.code()),
+      debugging_(debugging_of(robot)),
+      code_(debugging_ == nullptr ? program.code() : *program.debugged()),
       seam_(*code_.seam),
       clock_{robot.power_up, robot.tick_length} {
     data = image_.data.data();
@@ -41,7 +47,8 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
     net = image_.net;
     passed = image_.passed;
     held = INT64_MAX / 2;  // how long is not known
-    recalls_in = robot.context->recalls_passes ? image_.recalls_in : INT32_MAX;
+    const bool recalls = robot.context->recalls_passes && debugging_ == nullptr;
+    recalls_in = recalls ? image_.recalls_in : INT32_MAX;
     executes = !robot.context->recalls_passes;
     pass = &image_.pass;
     translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
@@ -61,6 +68,9 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
         recalls_in = INT32_MAX;
         executes = 1;
     }
+    translated_chip_t::instruction_begins = [](translated_chip_t *chip) -> uint8_t {
+        return static_cast<TranslatedRobot *>(chip)->instruction_begins();
+    };
     const unsigned all = (1u << ENGINE_CALLS) - 1;
     calls = static_cast<uint8_t>(robot.context->gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
     limit_ = image_.cycle;
@@ -101,7 +111,7 @@ void TranslatedRobot::store() {
     image_.changed = changed;
     image_.net = net;
     image_.passed = passed;
-    image_.recalls_in = recalls_in;
+    if (recalls_in < INT32_MAX / 2) image_.recalls_in = recalls_in;
     robot_.only_ticks_until = goes_on() ? rests_until() : 0;
     robot_.has_no_message = image_.rest.request_cycles != 0;
     robot_.may_ask_now = image_.interrupt != Interrupt::NONE;
@@ -151,12 +161,23 @@ void TranslatedRobot::set_limit() {
     awaits = lets_interrupts() || !one_waits;
     if (awaits == 0) others = edge = NO_TIME;
     const uint64_t next = std::min({others, edge, image_.match});  // also if it is not let through
-    limit_ = std::min(end, next);
+    const uint64_t place = place_wanted(now);
+    limit_ = std::min({end, next, place});
     set_cycle(now);
     held += static_cast<int64_t>(limit_ - was);
-    ends_run_ = end < next && image_.interrupt == Interrupt::NONE;
+    ends_run_ = end < std::min(next, place) && image_.interrupt == Interrupt::NONE;
     repeats = !ends_run_ && edge >= std::min(end, others);
     limit_changed_ = false;
+}
+
+/// Passes may be left out up to there, as up to an interrupt, on the way to a place that a debugger
+/// wants; from there on each is executed.
+uint64_t TranslatedRobot::place_wanted(uint64_t now) {
+    if (debugging_ == nullptr) return NO_TIME;
+    const uint64_t from = debugging_->executes_from(robot_.index);
+    executes = !robot_.context->recalls_passes || from <= now;
+    turns_wanted = debugging_->wants_turns();
+    return from <= now ? NO_TIME : from;
 }
 
 /// Executes up to there.
@@ -284,6 +305,7 @@ bool TranslatedRobot::execute_one() {
         end_message();
         return true;
     }
+    if (debugging_ != nullptr) changed |= instruction_begins();
     const bool let_interrupts = lets_interrupts();
     const int64_t from = left;
     const uint16_t word = flash_word(flash, pc);
@@ -400,8 +422,21 @@ void TranslatedRobot::note_outputs(uint8_t color, uint16_t duties) {
         trail.drives(robot_.index, moment(), duties, this->duties(), path_here());
 }
 
+Debugging::Instruction TranslatedRobot::instruction() const {
+    const bool begins_callback = image_.interrupt == Interrupt::MESSAGE && seam_.message_rx != 0 &&
+                                 pc == word(seam_.message_rx) * 2u;
+    return {{robot_.index, cycle()}, pc, data, robot_.color, begins_callback};
+}
+
+uint8_t TranslatedRobot::instruction_begins() {
+    const bool is_wanted = debugging_->look(instruction());
+    turns_wanted = debugging_->wants_turns();
+    return is_wanted ? CHANGED : 0;
+}
+
 /// Its program counter points to what is no instruction: erased flash, mostly.
 void TranslatedRobot::fail() {
+    if (debugging_ != nullptr) debugging_->failed(instruction());
     robot_.now = world_time();
     robot_.last_tick = ticks_now();
     char text[96];

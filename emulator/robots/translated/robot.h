@@ -27,6 +27,7 @@
 #include "base/board_clock.h"
 #include "kilolib/core/infrared_frame.h"
 #include "robots/record.h"
+#include "robots/translated/debugging.h"
 #include "robots/translated/interpreter.h"
 #include "robots/translated/program.h"
 #include "robots/translated/state.h"
@@ -83,6 +84,7 @@ class TranslatedRobot : private translated_chip_t {
     // such a turn from within the main region. What needs all registers (a message that is handed
     // to the program) is for run() alone.
     void set_limit();  ///< `left` counts to the next interrupt, or to the end of the run
+    uint64_t place_wanted(uint64_t now);
     void execute();
     bool attend(unsigned what);  ///< as translated_chip_t.attend()
     /// While passes repeat: interrupts that change nothing but the clock are left out, edges of
@@ -103,6 +105,9 @@ class TranslatedRobot : private translated_chip_t {
     void disturb_passes();
     void doze();
     void fail();
+    Debugging::Instruction instruction() const;
+    /// Before each instruction, if a debugger holds it. Bits for `changed`.
+    uint8_t instruction_begins();
 
     // Mistakes of its program, told once each (mistakes.cpp).
     void note(uint8_t mistake, const char *text);
@@ -216,6 +221,7 @@ class TranslatedRobot : private translated_chip_t {
     TranslatedImage &image_;
     Own<TranslatedState::Rare> &rare_;
     TranslatedState &state_;
+    Debugging *const debugging_;  ///< null unless a debugger holds it
     const translation_t &code_;
     const translated_seam_t &seam_;
     const BoardClock clock_;

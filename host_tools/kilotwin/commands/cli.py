@@ -50,6 +50,8 @@ PANELS = {
         "check": "Build a program for PC and robot, look for what goes wrong there, run its "
         "scenarios.",
         "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",
+        "debug": "Repeat a run and hold a robot in it with gdb, line by line, forwards and "
+        "backwards.",
         "check-run": "Say whether a run folder is whole, truncated, spoiled or damaged. 1 if it is "
         "not whole.",
     },

@@ -14,6 +14,7 @@ from typing import Any
 
 import typer
 
+from kilotwin.commands.gdb_programs import find_gdb
 from kilotwin.commands.options import Json, command_app
 from kilotwin.errors import KilotwinError, cause_of
 from kilotwin.files.headers import CAN_BIT_RATE
@@ -63,6 +64,7 @@ def examine() -> list[Finding]:
         _cores,
         _avr_compiler,
         _quick_compiler,
+        _debugger,
         _avrdude,
         _socketcan,
         _serial_ports,
@@ -143,6 +145,13 @@ def _quick_compiler() -> Finding:
     found = shutil.which("tcc")
     remedy = "" if found else "apt-get install tcc"
     return Finding(what, found or "not here, gcc takes its place", remedy, needed=False)
+
+
+def _debugger() -> Finding:
+    what = "gdb for AVR, for `kilotwin debug`"
+    found = find_gdb()
+    remedy = "" if found else "apt-get install gdb-avr"
+    return Finding(what, found or "not here", remedy, needed=False)
 
 
 def _avrdude() -> Finding:

@@ -24,10 +24,12 @@ def confine_process(
     most_written: int = 0,
     sockets: bool = False,
     loads_later: bool = False,
+    forks_bytes: int = 0,
 ) -> list[str]:
     """Leaves this process these files and folders, Python, for what it imports late, and our own
     package. No file of its grows beyond `most_written` bytes and a gigabyte. `loads_later`: it
-    may map code until _emulator.end_loading(). Returns the layers that the kernel lacks.
+    may map code until _emulator.end_loading(). `forks_bytes`: it may fork, and all forks together
+    have so much memory more. Returns the layers that the kernel lacks.
     """
     memory_bytes = _MEMORY_BYTES + _MEMORY_PER_ROBOT_BYTES * robots
     return _emulator.confine(
@@ -35,9 +37,10 @@ def confine_process(
         writable=[str(path.absolute()) for path in writable],
         memory_bytes=memory_bytes,
         file_bytes=FILE_BYTES + most_written,
-        memory_group=memory_group.make(memory_bytes),
+        memory_group=memory_group.make(memory_bytes + forks_bytes),
         sockets=sockets,
         loads_later=loads_later,
+        forks=forks_bytes > 0,
     )
 
 

@@ -35,10 +35,10 @@ def build_group(
     """
     if group.tier == "translated":
         from kilotwin.programs.translate.translation import translated_guest
+        from kilotwin.programs.translate.translator import Variant
 
-        return translated_guest(
-            group.program, notify, covered=covered, watched=watched, at_once=at_once
-        )
+        variant: Variant = "watched" if watched else "covered" if covered else "plain"
+        return translated_guest(group.program, notify, variant=variant, at_once=at_once)
     if not group.on_board:
         flags = sanitizer.flags() if sanitized else ()
         return build(group.program, notify, flags, covered=covered)

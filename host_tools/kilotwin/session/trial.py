@@ -4,7 +4,7 @@ import contextlib
 import resource
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Generic
 
 from kilotwin import _emulator
@@ -61,9 +61,10 @@ class Trial(Generic[WriterT]):
         report: Report,
         make_writer: Callable[[], WriterT],
         confine: Callable[[], None] = lambda: None,
+        beside: Callable[[EmulatedWorld], Sequence[Companion]] = lambda _: (),
     ) -> None:
         """Reads and opens all that it needs, is confined by `confine`, and then loads the programs
-        and powers the robots up."""
+        and powers the robots up. `beside`: companions that act before all others."""
         self._began = time.perf_counter()
         self._cpu_began = time.process_time()
         self._job = job
@@ -95,6 +96,7 @@ class Trial(Generic[WriterT]):
         self._began_tick, self._startup_s = self._world.tick, 0.0
         self._touched = False
         self._companions: list[Companion] = [
+            *beside(self._world),
             self._recorder,
             *self._module_recorders(),
             Listener(self._world, job.listen_to, job.listen_s, report),

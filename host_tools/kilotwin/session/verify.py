@@ -62,7 +62,7 @@ def verify(
     """
     before = Run.open(recorded.parent if recorded.name == MANIFEST else recorded)
     rows, things = before.robots(), before.objects() if _has_objects(before) else None
-    experiment = _experiment(before, rows)
+    experiment = experiment_of(before, rows)
     with tempfile.TemporaryDirectory(prefix="kilotwin-verify-") as scratch:
         again, acts = out or Path(scratch) / "again", acts_of(before.events())
         outcome = run(experiment, again, command_line, display, acts=acts)
@@ -84,7 +84,7 @@ def _has_objects(run: Run) -> bool:
     return bool(run.experiment.object)
 
 
-def _experiment(before: Run, rows: pa.Table) -> Experiment:
+def experiment_of(before: Run, rows: pa.Table) -> Experiment:
     """The experiment of a run; of one that did not end, as far as it was recorded."""
     manifest, folder = before.manifest, before.folder
     if "engine" not in manifest:

@@ -37,6 +37,12 @@ export function robotRows(scene: Scene, between: Between, place: number, robot: 
   return rows;
 }
 
+// What to type to hold it there and then, line by line; nothing of a real robot.
+export function holding(scene: Scene, robot: number, timeS: number): string {
+  if (!scene.emulated || timeS < 0) return "";
+  return `kilotwin debug ${scene.folder} --robot ${robot} --at ${timeS.toFixed(2)}`;
+}
+
 // How it moves between two samples, which is what its motors came to.
 function motionRows({ from, to, spanS, earlier }: Between, place: number): Row[] {
   if (earlier || !spanS || Number.isNaN(from.x[place])) return [];

@@ -1,7 +1,7 @@
 // The panel with all that is known of the robot, or of the cell, that was chosen.
 
 import type { Pane } from "./pane";
-import { cellRows, metricRows, moduleRows, robotRows, textOf, type Row } from "./facts";
+import { cellRows, holding, metricRows, moduleRows, robotRows, textOf, type Row } from "./facts";
 import { uidOf, type Counters, type ModuleAnswer, type RobotAnswer, type Scene } from "./scene";
 import type { Source } from "./source";
 
@@ -42,6 +42,7 @@ export class Inspector {
     this.element.replaceChildren(
       element("h2", `robot ${uidOf(pane.scene, robot)}`),
       element("dl", "", { id: "now" }),
+      element("p", "", { id: "hold", title: "type this to hold it here, with gdb" }),
       element("p", "its history is being read ...", { id: "history" }),
     );
     try {
@@ -90,6 +91,7 @@ export class Inspector {
       const place = this.pane.placeOf(this.robot);
       const rows = robotRows(scene, this.pane.shown, place, this.robot);
       facts(list, [...rows, ...metricRows(scene, this.metrics, timeS)]);
+      this.element.querySelector("#hold")!.textContent = holding(scene, this.robot, timeS);
     }
   }
 

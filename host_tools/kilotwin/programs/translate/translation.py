@@ -96,14 +96,11 @@ def translated_guest(
     program: Program,
     notify: Notify = lambda _: None,
     *,
-    covered: bool = False,
-    watched: bool = False,
+    variant: translator.Variant = "plain",
     at_once: bool = True,
 ) -> Guest:
     """A robot's program, compiled as for the robot and translated, as a guest of the engine.
 
-    `covered`: it marks what runs (programs/coverage/marks.py), and does all else as without.
-    `watched`: it tells the engine what it stores, for a trail.
     `at_once`: as of translated().
     """
     image = build_image(program, notify)
@@ -111,13 +108,11 @@ def translated_guest(
     original = program.runtime == "original"
     met_at = seam.seam_of(image.elf, image.objects("program"), original=original)
     version = compiler_version(find_compiler())
-    key = _key(version, flash, eeprom, met_at, covered=covered, watched=watched)
+    key = _key(version, flash, eeprom, met_at, variant)
 
     def translate() -> list[str]:
         functions = seam.compiled_functions(image.elf)
-        return translator.translate(
-            flash, eeprom, met_at, functions, covered=covered, watched=watched
-        )
+        return translator.translate(flash, eeprom, met_at, functions, variant=variant)
 
     what = f"translating {program.written} for this computer"
     code = _Kept(key, program.name).code(translate, what, notify, at_once=at_once)
@@ -127,8 +122,8 @@ def translated_guest(
         key,
         f"{image.compiler}; {version}",
         image.elf,
-        # Marks are of the code that ran, and faster code tells no stores.
-        None if covered or watched else code.optimised,
+        # Marks are of the code that ran, and faster code reports nothing.
+        code.optimised if variant == "plain" else None,
     )
 
 
@@ -185,13 +180,9 @@ def _key(
     flash: bytes,
     eeprom: dict[int, int],
     met_at: seam.Seam | None,
-    *,
-    covered: bool = False,
-    watched: bool = False,
+    variant: translator.Variant = "plain",
 ) -> str:
-    words = [version, *_OPTIMISATION, *_flags_of(version), *LINK_FLAGS, repr(met_at)]
-    words += ["covered"] if covered else []
-    words += ["watched"] if watched else []
+    words = [version, *_OPTIMISATION, *_flags_of(version), *LINK_FLAGS, repr(met_at), variant]
     digest = hashlib.sha256("\0".join(words).encode())
     makers = [Path(__file__).with_name(name) for name in _MAKERS]
     for file in [*map(resources.path, [_MAP, *_HEADERS]), *makers]:

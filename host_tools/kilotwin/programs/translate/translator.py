@@ -16,6 +16,7 @@ loop (emulator/robots/translated/code.h). What of its runtime hardly ever runs i
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Literal
 
 from kilotwin.files.flash_map import FLASH_BYTES
 from kilotwin.programs.translate.counters import Counter, find_counters
@@ -37,6 +38,11 @@ from kilotwin.programs.translate.statements import (
     registers,
     statement,
 )
+
+Variant = Literal["plain", "covered", "watched", "debugged"]
+"""Additions to a translation, which does all else as the plain one: covered, it marks what runs
+(programs/coverage/marks.py); watched, it tells the engine what it stores (emulator/robots/trail.h);
+debugged, it says before each instruction that it begins (session/debug)."""
 
 _VECTORS, _VECTOR_BYTES = 26, 4
 _TICK_VECTOR = 14  # timer 0's compare match
@@ -64,6 +70,7 @@ static const translated_bound_t bounds[] = {{{bounds}}};
 static const translated_counters_t counted = {{{count}, counters, {bounds_count}, bounds}};
 """
 _COVERAGE = '__attribute__((visibility("default"))) uint8_t translation_coverage[0x4000]'
+_IN_PLACE = "".join(f"#define r{at} M[{at}]\n" for at in range(REGISTERS))
 _TABLE = """\
 {declarations}
 static const translated_region_t code[] = {{{code}}};
@@ -103,16 +110,14 @@ def translate(
     seam: Seam | None = None,
     functions: Sequence[Function] = (),
     *,
-    covered: bool = False,
-    watched: bool = False,
+    variant: Variant = "plain",
 ) -> list[str]:
     """C files for a whole image: flash, 32 KB as the chip has them, and the EEPROM's bytes by
-    address that come with it; of a guest the seam, and its functions that are C. `covered`: it
-    marks what runs. `watched`: it tells the engine what it stores (emulator/robots/trail.h).
+    address that come with it; of a guest the seam, and its functions that are C.
 
     The same image gives the same text. Costs some tenths of a second.
     """
-    code = _Code(flash, seam, covered)
+    code = _Code(flash, seam, variant)
     if seam is not None:
         code.counters = find_counters(
             code.instructions,
@@ -126,10 +131,12 @@ def translate(
     head = _HEAD if seam is None else _GUEST_HEAD + _HEAD
     if code.counters:
         head = _COUNTER_HEAD + head
-    if watched:
+    if variant == "watched":
         head = _WATCHED_HEAD + head
-    if covered:
+    if variant == "covered":
         head += f"extern {_COVERAGE};\n"
+    if variant == "debugged":
+        head += _IN_PLACE
     files: list[str] = []
     room = 0
     for number, region in enumerate(regions):
@@ -141,7 +148,7 @@ def translate(
             room = _MOST_OF_A_FILE
         files[-1] += _region_text(number, region, code)
         room -= size
-    marks = f"{_COVERAGE};\n" if covered else ""
+    marks = f"{_COVERAGE};\n" if variant == "covered" else ""
     return [*files, head + marks + _table(regions, code, eeprom)]
 
 
@@ -229,8 +236,7 @@ class _Code:
 
     flash: bytes
     seam: Seam | None
-    covered: bool = False
-    """Whether it marks what runs."""
+    variant: Variant = "plain"
     instructions: dict[int, Instruction] = field(default_factory=dict)
     """By address; they do not overlap."""
     entries: set[int] = field(default_factory=set)
@@ -330,6 +336,14 @@ class _Code:
     def ends_by(self, jump: Instruction) -> bool:
         """Whether a function may end by that jump, as avr-gcc has a call that comes last."""
         return jump.target in self.called
+
+    def begins(self, instruction: Instruction, offset: int) -> list[str]:
+        """Says so, `offset` cycles after its block's begin, of code that is debugged."""
+        return (
+            [f"INSTRUCTION(0x{instruction.address:x}, {offset})"]
+            if self.variant == "debugged"
+            else []
+        )
 
     def waits(self, address: int) -> bool:
         """Whether it is one of delay(): time goes by there in loops alone."""
@@ -435,6 +449,7 @@ def _region_text(number: int, region: _Region, code: _Code) -> str:
     for block in region:
         for instruction in block:
             used |= registers(instruction)
+    local = [] if code.variant == "debugged" else sorted(used)
     inside = {block[0].address for block in region}
     own = {instruction.address: instruction for block in region for instruction in block}
     everything = {at: f"r{at}" if at in used else f"M[{at}]" for at in range(REGISTERS)}
@@ -443,8 +458,8 @@ def _region_text(number: int, region: _Region, code: _Code) -> str:
     begin, end = code.seam.main_loop if code.seam else (0, 0)
     return _REGION.format(
         number=number,
-        load=" ".join(f"uint8_t r{register} = M[{register}];" for register in sorted(used)),
-        store=" ".join(f"M[{register}] = r{register};" for register in sorted(used)),
+        load=" ".join(f"uint8_t r{register} = M[{register}];" for register in local),
+        store=" ".join(f"M[{register}] = r{register};" for register in local),
         entries="\n".join(f"case 0x{at:x}: goto block_0x{at:x};" for at in sorted(inside)),
         blocks="\n".join(_block_text(block, own, inside, code) for block in region),
         in_main=f"pc >= {begin} && pc < {end}",
@@ -470,19 +485,21 @@ def _block_text(
     for instruction in block:
         offsets.append(offsets[-1] + cycles(instruction))
     lines = [f"BLOCK(0x{block[0].address:x}, {offsets[-2]})"]
-    if code.covered:
+    if code.variant == "covered":
         lines.append(_cover(block[0].address, "RAN"))
     shortcut = turns_left_out(block[0].address, own)
     if shortcut and code.waits(block[0].address):
         lines.append("chip->passed = 1;")
     call = code.engine_call(block[0].address)
     if call is not None:
+        lines += code.begins(block[0], 0)
         lines.append(f"ENGINE_CALL(0x{block[0].address:x}, {call})")
     if code.seam is not None and (number := divisor(block[0].address, own)):
         lines.append(f"DIVIDES_BY(0x{block[0].address:x}, {number})")
-    if shortcut and not code.covered:
-        lines.append(shortcut)
+    if shortcut and code.variant != "covered":
+        lines.append(f"if (LEAPS) {{ {shortcut} }}" if code.variant == "debugged" else shortcut)
     for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
+        lines += code.begins(instruction, offset)
         lines += code.count(instruction)
         if instruction.name in _LEAVES and not is_interpreted(instruction):
             lines += _leave(instruction, offset, behind, inside, code)
@@ -527,7 +544,7 @@ def _leave(
             lines.append(f"FOR_EFFECT({here}, {instruction.r}, READ_EFFECT);")
     taken = code.go(instruction, target, behind + more, inside)
     not_taken = code.go(instruction, end, behind, inside)
-    if code.covered:
+    if code.variant == "covered":
         taken = f"{_cover(instruction.address, 'TAKEN')} {taken}"
         not_taken = f"{_cover(instruction.address, 'NOT_TAKEN')} {not_taken}"
     return [*lines, f"if ({condition(instruction)}) {{ {taken} }}", not_taken]

@@ -100,53 +100,6 @@ class Seen(Outcome[Looks, Ran]):
         )
 
 
-class Seen(Outcome[Looks, Ran]):
-    """What is seen of a run whose programs may fail."""
-
-    def writer(self, experiment: Experiment) -> Looks:
-        """Looks at what is expected."""
-        return Looks(experiment)
-
-    def answer(self, ran: RanTrial[Looks]) -> bytes:
-        """As JSON; RunError where a metric's function failed."""
-        trial, summary, experiment = ran.trial, ran.summary, ran.job.experiment
-        for name, why in summary["metrics_failed"].items():
-            raise RunError(f"metric {name}: {why}")
-        looks = trial.writer
-        told = {
-            "looks": [None if look is None else [look.passed, look.seen] for look in looks.looks()],
-            "crashes": [vars(one) for one in (*looks.crashes, *_modules(summary))],
-            "busy_waits": [vars(one) for one in looks.busy_waits],
-            "undefined": [vars(one) for one in looks.undefined],
-            "rates": _rates(experiment, ran),
-            "result_hash": summary["result_hash"],
-            "marks": marks_of_all(ran.job.all_guests) if ran.job.covered else [],
-        }
-        return json.dumps(told).encode()
-
-    def understood(self, task: Task[Ran], said: bytes) -> Ran:
-        """ValueError and such of what is none."""
-        told, experiment = json.loads(said), task.experiment
-        looks = [
-            None if look is None else Look(look[0] is True, str(look[1])) for look in told["looks"]
-        ]
-        if [look is None for look in looks] != [
-            expect.condition is None for expect in experiment.keys.expect
-        ]:
-            raise ValueError("other expectations")
-        return Ran(
-            experiment.keys.seed,
-            tuple(looks),
-            tuple(map(Failure.understood, told["crashes"])),
-            tuple(map(Failure.understood, told["busy_waits"])),
-            tuple(map(Failure.understood, told["undefined"])),
-            tuple(map(float, told["rates"])),
-            result_hash=str(told["result_hash"]),
-            uids=experiment.uids,
-            marks=understood(told["marks"]),
-        )
-
-
 def tasks_of(
     experiment: Experiment,
     runs: int,

@@ -1,0 +1,1 @@
+"""A run that is repeated, held at any instruction of a robot, and gone back in."""

@@ -1,0 +1,148 @@
+"""The first of a debugger's worlds: a fork of this process, confined as a run's worker is, that
+puts the run together and then obeys."""
+
+import contextlib
+import gc
+import os
+import resource
+import signal
+import sys
+import traceback
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, NoReturn
+
+from kilotwin import _emulator
+from kilotwin.errors import KilotwinError, RunError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.states import Counts, States, count
+from kilotwin.files.confined_process import confine_process
+from kilotwin.metrics.values import NO_METRICS, MetricValues
+from kilotwin.session.confined_worker import load_libraries, unconfined_because
+from kilotwin.session.debug.checkpoints import MOST_BYTES
+from kilotwin.session.debug.held_world import HeldWorld
+from kilotwin.session.debug.links import Link
+from kilotwin.session.job import Job
+from kilotwin.session.trial import Trial
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Event, Samples
+
+
+@dataclass(frozen=True)
+class Held:
+    """A program that a debugger can hold: the file that the engine loads, and the code beside it of
+    robots that are held."""
+
+    name: str
+    file: Path
+    debugged: Path
+
+
+class _NoWriter:
+    """In place of the writer of a run folder: a run that is repeated leaves nothing."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        self._states = States.of(experiment.keys)
+        self._sites = len(experiment.keys.site)
+
+    def add(self, samples: "Samples", measured: MetricValues = NO_METRICS) -> Counts | None:
+        return None
+
+    def count(self, samples: "Samples") -> Counts:
+        return count(self._states, samples["led"], samples["site"], self._sites)
+
+    def add_events(self, events: "Iterable[Event | dict[str, Any]]") -> None:
+        """They are not kept."""
+
+
+def start(job: Job, held: Sequence[Held], links: Sequence[tuple[Link, Link]], log: IO[str]) -> int:
+    """Forks it, on link 0; what it and its programs print goes into `log`. Its process id."""
+    load_libraries(job.experiment)
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    parent = os.getpid()
+    process = os.fork()
+    if process == 0:
+        _be_world(job, held, [theirs for _, theirs in links], log, parent)
+    for _, theirs in links:
+        theirs.close()
+    return process
+
+
+def _be_world(
+    job: Job, held: Sequence[Held], links: Sequence[Link], log: IO[str], parent: int
+) -> NoReturn:
+    code = 1
+    try:
+        os.setpgid(0, 0)
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for forks of forks
+        _emulator.end_with_parent(parent)
+        with Path(os.devnull).open("rb") as nothing:
+            os.dup2(nothing.fileno(), 0)
+        for stream in (1, 2):
+            os.dup2(log.fileno(), stream)
+        _close_all_but({link.fileno() for link in links})
+        _repeat(job, held, links)
+        code = 0
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        with contextlib.suppress(OSError):
+            sys.stderr.flush()
+        os._exit(code)
+
+
+def _close_all_but(kept: set[int]) -> None:
+    """And the first three. The leader's ends are closed, so that a link ends with the leader."""
+    first = 3
+    for file in sorted(kept):
+        if file > first:
+            os.closerange(first, file)
+        first = file + 1
+    os.closerange(first, resource.getrlimit(resource.RLIMIT_NOFILE)[0])
+
+
+def _repeat(job: Job, held: Sequence[Held], links: Sequence[Link]) -> None:
+    def load_confined() -> None:
+        _confine(job, held)
+        for one in held:
+            _emulator.hold_by(str(one.file), one.name, str(one.debugged))
+
+    try:
+        trial = Trial(
+            job,
+            lambda _: None,
+            lambda: _NoWriter(job.experiment),
+            load_confined,
+            lambda world: [HeldWorld(world.simulation, links)],
+        )
+        # A collection touches every object, and so copies the memory that forks share.
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        trial.run(lambda: False)
+    except KilotwinError as error:
+        links[0].send({"type": "error", "exit_code": error.exit_code, "message": str(error)})
+
+
+def _confine(job: Job, held: Sequence[Held]) -> None:
+    if unconfined_because(job.experiment):
+        return
+    missing = _emulator.lacking_layers()
+    from kilotwin.files import confinement
+
+    if confinement.mode() == "require" and missing:
+        raise RunError(f"--confine=require: {missing[0]}; use a newer kernel, or leave it out")
+    if job.acts:
+        import kilotwin.session.steering  # noqa: F401 (a confined process could not)
+    confine_process(
+        job.experiment.size,
+        readable=[*map(Path, job.all_guests), *(one.debugged for one in held)],
+        writable=[] if job.black_box is None else [Path(job.black_box)],
+        forks_bytes=MOST_BYTES,
+    )
