@@ -251,6 +251,19 @@ def test_a_part_that_a_kill_has_cut_is_missing_and_the_next_takes_its_place(tmp_
         assert file.read_bytes() == content
 
 
+def test_an_interrupt_while_the_disk_is_waited_for_loses_no_part(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(_: int) -> None:
+        raise KeyboardInterrupt
+
+    parts = Parts(tmp_path / "parts")
+    monkeypatch.setattr(os, "fsync", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        parts.add(KEYS[2], STREAMS[KEYS[2]])
+    assert parts.read(KEYS[2]) == Parts(tmp_path / "parts").read(KEYS[2]) == STREAMS[KEYS[2]]
+
+
 def test_a_flipped_bit_anywhere_costs_the_part_that_it_is_in(tmp_path: Path) -> None:
     file = tmp_path / "parts"
     parts_in(file)

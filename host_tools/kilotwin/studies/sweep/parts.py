@@ -91,6 +91,8 @@ class Parts:
         part, places = _part(key, stream), self._places
         with self._file.open("ab", buffering=0) as file:
             begin = file.tell()
+            # Known before it is there: an interrupt meanwhile loses none, and read() looks closely.
+            places[key] = begin + _HEAD.size, begin + len(part)
             try:
                 left = memoryview(part)
                 while left:
@@ -100,8 +102,8 @@ class Parts:
                     self._synced_s = time.monotonic()
             except OSError:
                 file.truncate(begin)
+                del places[key]
                 raise
-        places[key] = begin + _HEAD.size, begin + len(part)
         self._end = begin + len(part)
 
 

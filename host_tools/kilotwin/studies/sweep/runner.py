@@ -198,7 +198,7 @@ class Sweep:
         """Writes the tables of all that is there; returns the number of trials in them."""
         self._clear_failed()
         finished = self.data.assemble(self.plan, self.keys)
-        self.damaged = len(self.there) - finished
+        self.damaged = max(0, len(self.there) - finished)
         return finished
 
     def _clear_failed(self) -> None:
