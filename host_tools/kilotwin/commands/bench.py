@@ -34,6 +34,7 @@ class Workload(StrEnum):
     slow = "slow"
     squeeze = "squeeze"
     transport = "transport"
+    million = "million"
     memory = "memory"
     grid = "grid"
     avr = "avr"

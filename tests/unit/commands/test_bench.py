@@ -125,6 +125,16 @@ def test_dense_covers_47_percent_with_either_medium(bench: Bench) -> None:
     ]
 
 
+def test_a_million_walk_for_a_minute_with_either_medium(bench: Bench) -> None:
+    results = measured(bench, "million")
+    assert [(r["workload"], r["robots"], r["medium"]) for r in results] == [
+        ("million", 1_000_000, "kilobot"),
+        ("million", 1_000_000, "ideal"),
+    ]
+    durations = {case.experiment.keys.duration_s for case in workloads.cases(["million"], None)}
+    assert durations == {60.0}
+
+
 def test_a_table_for_people_is_printed(bench: Bench) -> None:
     done = bench("paper", "--repeats", "2", "--duration-s", "10")
     head, *rows, empty, machine = done.stdout.splitlines()

@@ -28,7 +28,7 @@ _SQUEEZE_PROGRAM = "experiments/bench/straight_on.c"
 _SQUEEZE_ROBOTS = 1_000
 _SQUEEZE_S = 300
 _STILL: dict[str, float] = {"speed_spread": 0, "bias_spread": 0, "motor_noise": 0}
-_MEMORY_ROBOTS = 1_000_000
+_MILLION, _MILLION_S = 1_000_000, 60
 _MEMORY_S = 0.2
 _MEDIA = ("kilobot", "ideal")
 # Things that labs' programs do besides walking and talking, one thing each: `experiments/bench`.
@@ -141,10 +141,17 @@ def _transport(settings: list[Setting]) -> Iterator[Case]:
     yield Case("transport", Experiment.load(file, settings))
 
 
+def _million(settings: list[Setting]) -> Iterator[Case]:
+    """The walk once more, with as many robots as anybody steps: real time on a core is the aim."""
+    for medium in _MEDIA:
+        tables = _walkers(_MILLION, _SPARSE_PER_M2, medium, _MILLION_S)
+        yield Case("million", _experiment("million", tables, settings))
+
+
 def _memory(settings: list[Setting]) -> Iterator[Case]:
     many, one = (
         _experiment("memory", _walkers(n, _SPARSE_PER_M2, "kilobot", _MEMORY_S), settings)
-        for n in (_MEMORY_ROBOTS, 1)
+        for n in (_MILLION, 1)
     )
     yield Case("memory", many, one)
 
@@ -177,6 +184,7 @@ _WORKLOADS: dict[str, Callable[[list[Setting]], Iterator[Case]]] = {
     "programs-10": partial(_kinds, "programs-10"),
     "squeeze": _squeeze,
     "transport": _transport,
+    "million": _million,
     "memory": _memory,
     "grid": _grid,
     "avr": _avr,
