@@ -15,22 +15,22 @@ static void rx(message_t *in, distance_measurement_t *d) {
 }
 
 static uint8_t __attribute__((noinline)) weigh(uint8_t hop) {
-    volatile uint8_t path[24];
-    path[hop % 24] = hop;
-    sum += path[hop % 24];
-    return hop == 0 ? sum : weigh(hop - 1) + path[hop % 24];
+    volatile uint8_t path[48];
+    path[hop % 48] = hop;
+    sum += path[hop % 48];
+    return hop == 0 ? sum : weigh(hop - 1) + path[hop % 48];
 }
 
 static void setup(void) {
     if (kilo_uid == 1) hops = 0;
     out.data[0] = hops;
     out.crc = message_crc(&out);
-    looks_at = kilo_ticks + 32;
+    looks_at = kilo_ticks + 16;
 }
 
 static void loop(void) {
     if (kilo_ticks < looks_at) return;
-    looks_at = kilo_ticks + 32;
+    looks_at = kilo_ticks + 16;
     if (kilo_uid != 1 && nearest < 255) hops = nearest + 1;
     nearest = 255;
     message_t next = out;
