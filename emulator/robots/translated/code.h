@@ -27,10 +27,11 @@
 #include "robots/translated/passes/counters.h"
 #include "robots/translated/passes/loops.h"
 #include "robots/translated/passes/pass.h"
+#include "robots/translated/routines/routines.h"
 #include "robots/translated/watched.h"
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 11
+#define TRANSLATION_VERSION 12
 
 /// State of a chip, for the time of a call.
 typedef struct translated_chip {
@@ -47,7 +48,6 @@ typedef struct translated_chip {
     uint8_t calls;           ///< of a guest: which functions are the engine's, bits by CALL_
     uint8_t passed;          ///< of a guest: set by passes of the main loop, and within delay()
     int64_t held;            ///< of a guest: `left` when interrupts were last held back
-
     // Passes of a guest's loops.
     uint8_t repeats;          ///< `left` counts to an interrupt, not to the end of a run
     uint8_t executes;         ///< each pass, also those that change nothing: for tests
@@ -76,7 +76,9 @@ typedef struct translated_chip {
     /// Of code that is DEBUGGED: an instruction begins, and all of the state is here. Nothing of it
     /// may be changed. Bits for `changed`.
     uint8_t (*instruction_begins)(struct translated_chip *chip);
-    uint8_t turns_wanted;  ///< likewise: no turn of an inner loop is left out
+    uint8_t turns_wanted;                  ///< likewise: no turn of an inner loop is left out
+    const translated_routine_t *routines;  ///< that are computed; null: all are executed
+    uint32_t numbers[4];                   ///< registers of a routine (ROUTINE)
 } translated_chip_t;
 
 /// An access to this register does more than reading or writing a byte; CHANGE_EFFECT, of guests: a
@@ -248,13 +250,6 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 #define BLOCK(at, last) \
     block_##at : if (__builtin_expect(left <= (last), 0)) STOP(at, 0, INTERPRET_REST);
 #endif
-/// Stands where a division of a guest begins, or in any turn of it.
-#define DIVIDES_BY(at, divisor)                              \
-    if (__builtin_expect((divisor) == 0, 0)) {               \
-        M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8); \
-        chip->left = left, chip->pc = (at);                  \
-        chip->divides_by_zero(chip);                         \
-    }
 /// Jumps of a guest: backwards within a region, to a block, and to the begin of the main loop.
 #define JUMP_BACK(to, spent)                                          \
     do {                                                              \
@@ -507,7 +502,7 @@ enum {
 #define WRITE_REGISTER(at, offset, address, r) WRITE(address, r)
 #define FOR_WRITE(at, offset, address, r) FOR_EFFECT(at, offset, address, WRITE_EFFECT)
 #endif
-/// A register below 0x100; three of them are locals, and the status register is put together.
+/// A register below 0x100; three of them are locals, the status register is put together.
 #define IN(at, offset, d, address)                     \
     do {                                               \
         FOR_EFFECT(at, offset, address, READ_EFFECT);  \

@@ -50,6 +50,7 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
     const bool recalls = robot.context->recalls_passes && debugging_ == nullptr;
     recalls_in = recalls ? image_.recalls_in : INT32_MAX;
     executes = !robot.context->recalls_passes;
+    routines = translated_routines;
     pass = &image_.pass;
     translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
         return static_cast<TranslatedRobot *>(chip)->attend(what);

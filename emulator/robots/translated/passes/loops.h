@@ -102,4 +102,12 @@ static inline int translated_ones(uint32_t bits) {
                 (count) = 1;)                                                                \
     }
 
+/// Stands where a division of a guest begins, or in any turn of it.
+#define DIVIDES_BY(at, divisor)                              \
+    if (__builtin_expect((divisor) == 0, 0)) {               \
+        M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8); \
+        chip->left = left, chip->pc = (at);                  \
+        chip->divides_by_zero(chip);                         \
+    }
+
 #endif

@@ -51,11 +51,18 @@ _INCLUDE = "emulator"
 _MAP = "emulator/robots/native/guest.map"
 _HEADERS = [
     f"{_INCLUDE}/robots/translated/{name}"
-    for name in ("code.h", "watched.h", "passes/counters.h", "passes/loops.h", "passes/pass.h")
+    for name in (
+        "code.h",
+        "watched.h",
+        "routines/routines.h",
+        "passes/counters.h",
+        "passes/loops.h",
+        "passes/pass.h",
+    )
 ]
 # Files beside this one that a translation depends on.
 _MAKERS = [
-    *("counters.py", "instructions.py", "liveness.py", "loops.py"),
+    *("counters.py", "instructions.py", "liveness.py", "loops.py", "routines.py"),
     *("registers.py", "statements.py", "taint.py", "seam.py", "shared.py", "translator.py"),
 ]
 _KEY_CHARACTERS = 32

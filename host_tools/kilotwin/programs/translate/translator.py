@@ -24,6 +24,7 @@ from kilotwin.programs.translate.instructions import Instruction, decode, is_lon
 from kilotwin.programs.translate.liveness import ALL_FLAGS, live_flags
 from kilotwin.programs.translate.loops import divisor, turns_left_out
 from kilotwin.programs.translate.registers import Function
+from kilotwin.programs.translate.routines import NUMBERS, routine_at
 from kilotwin.programs.translate.seam import Seam
 from kilotwin.programs.translate.shared import tearing
 from kilotwin.programs.translate.statements import (
@@ -345,6 +346,33 @@ class _Code:
             else []
         )
 
+    def routine(self, address: int, used: set[int]) -> str | None:
+        """The statement that has the routine computed that begins there, or None; `used` are
+        registers that are locals."""
+        routine = routine_at(address, self.instructions, self.skipped_to)
+        if routine is None:
+            return None
+        marked = any(not routine.addresses.isdisjoint(one.others) for one in self.counters)
+        kept = sorted(used & routine.pushed)
+        give = " ".join(f"M[{register}] = r{register};" for register in kept)
+        names = [[f"r{at}" if at in used else f"M[{at}]" for at in group] for group in NUMBERS]
+        for place, group in enumerate(names):
+            give += f" chip->numbers[{place}] = NUMBER({', '.join((*group, '0', '0')[:4])});"
+        take = " ".join(
+            f"n_ = chip->numbers[{place}];"
+            + " ".join(
+                f"{name} = (uint8_t)(n_ >> {8 * byte});"
+                for byte, name in enumerate(group)
+                if name not in ("r1", "M[1]")
+            )
+            for place, group in enumerate(names)
+        )
+        sites = f"sites_0x{address:x}"
+        return (
+            f"{{ static const uint16_t {sites}[] = {{{', '.join(map(str, routine.sites))}}};\n"
+            f"ROUTINE({routine.name}, {sites}, {'NOT_COUNTED' if marked else 0}, {give}, {take}) }}"
+        )
+
     def waits(self, address: int) -> bool:
         """Whether it is one of delay(): time goes by there in loops alone."""
         begin, end = (0, 0) if self.seam is None else self.seam.delay
@@ -461,7 +489,7 @@ def _region_text(number: int, region: _Region, code: _Code) -> str:
         load=" ".join(f"uint8_t r{register} = M[{register}];" for register in local),
         store=" ".join(f"M[{register}] = r{register};" for register in local),
         entries="\n".join(f"case 0x{at:x}: goto block_0x{at:x};" for at in sorted(inside)),
-        blocks="\n".join(_block_text(block, own, inside, code) for block in region),
+        blocks="\n".join(_block_text(block, own, inside, used, code) for block in region),
         in_main=f"pc >= {begin} && pc < {end}",
         differing=_differing(kept),
         note=_note(kept),
@@ -479,7 +507,11 @@ def _note(names: Mapping[int, str]) -> str:
 
 
 def _block_text(
-    block: _Block, own: Mapping[int, Instruction], inside: set[int], code: _Code
+    block: _Block,
+    own: Mapping[int, Instruction],
+    inside: set[int],
+    used: set[int],
+    code: _Code,
 ) -> str:
     offsets = [0]
     for instruction in block:
@@ -498,6 +530,9 @@ def _block_text(
         lines.append(f"DIVIDES_BY(0x{block[0].address:x}, {number})")
     if shortcut and code.variant != "covered":
         lines.append(f"if (LEAPS) {{ {shortcut} }}" if code.variant == "debugged" else shortcut)
+    routine = code.routine(block[0].address, used) if code.variant == "plain" else None
+    if routine is not None:
+        lines.append(routine)
     for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
         lines += code.begins(instruction, offset)
         lines += code.count(instruction)
