@@ -74,8 +74,8 @@ def hunt(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Search for what breaks an experiment: its expectations, or its programs. What is found is
-    shrunk, and becomes a scenario that fails. Goes on where it was stopped."""
+    """Search for what breaks an experiment, and shrink it to a scenario. 1 if something does. Goes
+    on where it was stopped."""
     confinement.choose(confine, trust)
     display = terminal.sweep_display(quiet)
     from kilotwin.studies.hunt import report

@@ -115,6 +115,7 @@ class Trial(Generic[WriterT]):
     def run(self, stopped: Callable[[], bool]) -> bool:
         """Advances to the end; False if stopped before. The last record is the last moment."""
         Session(self._world, self._companions).run(stopped)
+        self._note_start()  # a short trial is over with its first step
         return self._world.ran
 
     def summary(self, interrupted: bool) -> dict[str, Any]:
@@ -267,6 +268,8 @@ class Trial(Generic[WriterT]):
         if self._job.serving is not None:
             return Attention(0.0)
         if not self._job.viewers:
+            if self._folder:  # it is to have what was there before a program brought the engine down
+                return Attention(_CHUNK_S)
             share = _SURE_S / max(cpu_s_of(self._job.experiment), _SURE_S)
             return Attention(_CHUNK_S, first=max(1, int(ticks(self._keys.duration_s) * share)))
         from kilotwin.session.live import chunk_s

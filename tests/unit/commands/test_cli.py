@@ -38,7 +38,7 @@ COMMANDS = [
     "port",
     "compare",
 ]
-COMMANDS += ["bench", "record", "test", "check", "new"]
+COMMANDS += ["bench", "record", "test", "check", "new", "hunt", "debug"]
 GROUPS = {
     "grid": ["ls", "health", "check", "kconf", "setup", "run", "pause", "idle", "send"],
     "flash": ["robot", "robots", "modules"],

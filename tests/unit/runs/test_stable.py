@@ -75,7 +75,7 @@ def test_the_python_api_has_the_names_that_are_listed() -> None:
     assert members - words == set(), "docs/python_api.md does not tell of these"
     told = set(re.findall(r"^\| `(\w+)[`(]", text.partition("## Stepping")[2], re.MULTILINE))
     assert told - members == set(), "a World has lost these"
-    assert set(kilotwin.__all__) == {"RGB", "World", "__version__"}
+    assert set(kilotwin.__all__) == {"RGB", "Trials", "World", "__version__"}
     assert set(testing.__all__) == {"assert_share", "assert_within"}
 
 
