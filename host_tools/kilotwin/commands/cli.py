@@ -45,8 +45,7 @@ PANELS = {
     },
     "Test": {
         "test": "Run scenarios: experiments with expectations. Exits 1 if one fails.",
-        "hunt": "Search for what breaks an experiment, and shrink it to a scenario. 1 if something "
-        "does. Goes on where it was stopped.",
+        "hunt": "Search for what breaks an experiment, and shrink it to a scenario that fails.",
         "check": "Build a program for PC and robot, look for what goes wrong there, run its "
         "scenarios.",
         "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",

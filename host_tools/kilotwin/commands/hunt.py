@@ -74,8 +74,10 @@ def hunt(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Search for what breaks an experiment, and shrink it to a scenario. 1 if something does. Goes
-    on where it was stopped."""
+    """Search for what breaks an experiment, and shrink it to a scenario that fails.
+
+    Exits 1 if something does. The same command goes on where it was stopped.
+    """
     confinement.choose(confine, trust)
     display = terminal.sweep_display(quiet)
     from kilotwin.studies.hunt import report

@@ -268,7 +268,7 @@ class Trial(Generic[WriterT]):
         if self._job.serving is not None:
             return Attention(0.0)
         if not self._job.viewers:
-            if self._folder:  # it is to have what was there before a program brought the engine down
+            if self._folder:  # it is to have all up to where a program brings the engine down
                 return Attention(_CHUNK_S)
             share = _SURE_S / max(cpu_s_of(self._job.experiment), _SURE_S)
             return Attention(_CHUNK_S, first=max(1, int(ticks(self._keys.duration_s) * share)))

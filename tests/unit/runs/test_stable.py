@@ -73,7 +73,8 @@ def test_the_python_api_has_the_names_that_are_listed() -> None:
     members = {name for name in vars(World) if not name.startswith("_")}
     words = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`]+)`", text))))
     assert members - words == set(), "docs/python_api.md does not tell of these"
-    told = set(re.findall(r"^\| `(\w+)[`(]", text.partition("## Stepping")[2], re.MULTILINE))
+    of_world = text.partition("## Stepping")[2].partition("## Batches of trials")[0]
+    told = set(re.findall(r"^\| `(\w+)[`(]", of_world, re.MULTILINE))
     assert told - members == set(), "a World has lost these"
     assert set(kilotwin.__all__) == {"RGB", "Trials", "World", "__version__"}
     assert set(testing.__all__) == {"assert_share", "assert_within"}
