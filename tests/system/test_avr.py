@@ -142,9 +142,9 @@ poses = [[0.05, 0, 0]]
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--gdb", "1"], r"robot 1 does not run on a board"),
-        (["--vcd", "0", "--vcd", "9"], r"--vcd 9: there are robots 0 to 1"),
-        (["--gdb", "0", "--gdb-port", "{taken}"], r"gdb cannot be served on port \d+: is it taken"),
+        (["--gdb", "2"], r"robot 2 does not run on a board"),
+        (["--vcd", "1", "--vcd", "9"], r"--vcd 9: there is no such robot; name one of 1 to 2"),
+        (["--gdb", "1", "--gdb-port", "{taken}"], r"gdb cannot be served on port \d+: is it taken"),
     ],
 )
 def test_probes_of_what_is_not_there_are_refused(
@@ -175,7 +175,7 @@ def test_gdb_holds_a_robot_in_its_loop_reads_it_and_lets_it_go(
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     loop, loops = address_of("loop", image), address_of("loops", image)
-    words = ["run", file, "--out", folder / "run", "--json", "--gdb", 1, "--gdb-port", port]
+    words = ["run", file, "--out", folder / "run", "--json", "--gdb", 2, "--gdb-port", port]
     process = subprocess.Popen(
         [KILOTWIN, *map(str, words)],
         env=environment,
@@ -227,9 +227,9 @@ def test_a_trace_shows_the_slots_of_each_frame(
 ) -> None:
     file = experiment(folder, f'[[robots]]\nhex = "{image.hex}"\ncount = 2', duration_s=2)
     out = folder / "run"
-    kilotwin("run", file, "--out", out, "--vcd", "0", "--vcd", "1", "--set", "engine.step_ticks=2")
-    assert {path.name for path in out.glob("*.vcd")} == {"robot_0.vcd", "robot_1.vcd"}
-    signals = changes_in(out / "robot_0.vcd")
+    kilotwin("run", file, "--out", out, "--vcd", "1", "--vcd", "2", "--set", "engine.step_ticks=2")
+    assert {path.name for path in out.glob("*.vcd")} == {"robot_1.vcd", "robot_2.vcd"}
+    signals = changes_in(out / "robot_1.vcd")
     rises = [at for at, value in signals["ir_out"] if value == "1"]
     gaps = [(later - at) // CYCLE_NS for at, later in itertools.pairwise(rises)]
     # Between the frames there are 16 ticks, within one whole slots.

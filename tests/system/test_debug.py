@@ -27,7 +27,7 @@ from .gdb_client import GdbClient
 
 EXPERIMENT = ROOT / "experiments/debugging/neighbours.toml"
 LINE_OF_BUG = "met.uids[met_count++] = uid;"
-ALARMED, AT_S = 11, 160.0
+ALARMED, AT_S = 11, 160.0  # its index: its uid is 12
 
 
 @pytest.fixture(scope="module")
@@ -205,10 +205,10 @@ def test_chips_go_on_from_a_checkpoint_beside_robots_that_are_held(
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        (["--robot", "12"], "--robot 12: there are robots 0 to 11"),
+        (["--robot", "13"], "--robot 13: there is no such robot; name one of 1 to 12"),
         (["--at", "171"], "--at 171: the run has 0 to 170 s"),
         (["--set", "robots.0.cpu=native"], "runs natively.*--set robots.0.cpu=translated"),
-        (["--set", "robots.0.cpu=avr"], "simulated ATmega328P.*kilotwin run EXPERIMENT --gdb 0"),
+        (["--set", "robots.0.cpu=avr"], "simulated ATmega328P.*kilotwin run EXPERIMENT --gdb 1"),
     ],
 )
 def test_what_cannot_be_held_is_said_before_anything_runs(
@@ -235,7 +235,7 @@ def test_a_run_with_hosts_outside_is_refused(
 def test_gdb_s_protocol_reads_sets_goes_and_writes_nothing(recorded: Path) -> None:
     with (
         subprocess.Popen(
-            [KILOTWIN, "debug", recorded, "--robot", "11", "--at", "100", "--port", "4998"],
+            [KILOTWIN, "debug", recorded, "--robot", "12", "--at", "100", "--port", "4998"],
             cwd=ROOT,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -288,7 +288,7 @@ PAGE = (ROOT / "docs/debugging.md").read_text()
 def test_the_page_shows_the_program_that_has_the_bug() -> None:
     assert block(PAGE, "c") in (ROOT / "experiments/debugging/neighbours.c").read_text()
     assert f"kilotwin run {EXPERIMENT.relative_to(ROOT)} --out runs/alarm" in PAGE
-    assert f"kilotwin debug runs/alarm --robot {ALARMED} --at {AT_S:g}" in PAGE
+    assert f"kilotwin debug runs/alarm --robot {ALARMED + 1} --at {AT_S:g}" in PAGE
 
 
 @pytest.mark.skipif(find_gdb() is None, reason="no gdb for AVR: apt-get install gdb-avr")
@@ -296,7 +296,7 @@ def test_the_session_of_the_page_goes_as_it_says(recorded: Path) -> None:
     shown = "".join(re.findall(r"^```gdb\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
     typed = [line.removeprefix("(gdb) ") for line in shown.splitlines() if line.startswith("(gdb)")]
     done = subprocess.run(
-        [KILOTWIN, "debug", recorded, "--robot", str(ALARMED), "--at", str(AT_S)],
+        [KILOTWIN, "debug", recorded, "--robot", str(ALARMED + 1), "--at", str(AT_S)],
         input="\n".join(["set pagination off", "set confirm off", *typed]),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,  # gdb's own words and those of `monitor`

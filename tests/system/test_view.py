@@ -152,7 +152,7 @@ def test_a_robot_that_is_chosen_shows_its_history(page: Page, paper: Path) -> No
     now = its.filter(pc.less_equal(its["time_s"], 5000)).to_pylist()[-1]
     assert f"left {now['left_duty']}, right {now['right_duty']}" in page.inner_text("#now")
     assert f"sent {now['sent']} (" in page.inner_text("#now")
-    assert re.search(r"^kilotwin debug \S+ --robot 0 --at \d+\.\d\d$", page.inner_text("#hold"))
+    assert re.search(r"^kilotwin debug \S+ --robot 1 --at \d+\.\d\d$", page.inner_text("#hold"))
     page.click("#changes li:last-child button")
     last = float(np.asarray(its["time_s"])[np.flatnonzero(np.diff(led.astype(int)))[-1] + 1])
     shown(page, round(last, 3))

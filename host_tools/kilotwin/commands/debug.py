@@ -36,7 +36,9 @@ def debug(
         Path, typer.Argument(metavar="RUN|EXPERIMENT", help="A run folder, or an experiment file.")
     ],
     *,
-    robot: Annotated[int, typer.Option(metavar="N", help="Its index, from 0.")] = 0,
+    robot: Annotated[
+        int | None, typer.Option(metavar="UID", help="Its uid; the first robot, if left out.")
+    ] = None,
     at: Annotated[
         float | None, typer.Option("--at", metavar="SECONDS", help="Hold it at that moment.")
     ] = None,
@@ -57,13 +59,15 @@ def debug(
     note = steps.note(quiet)
     repeated = Repeated.of(target, given_settings(settings, seed))
     at_s = moment(at, repeated.duration_s)
+    uid = repeated.experiment.uid_of(0) if robot is None else robot
+    held = repeated.experiment.robot_named(uid, "--robot")
     gdb = None if port is not None else _gdb()
-    with _listening(port or 0) as listener, travel_in(repeated, [robot], note) as (travel, symbols):
+    with _listening(port or 0) as listener, travel_in(repeated, [held], note) as (travel, symbols):
         here = listener.getsockname()[1]
         note(f"repeating the run up to {at_s:g} s")
-        travel.start([robot], at_s)
-        note(f"robot {robot} stands at {travel.chip(robot).at_s:.6f} s; monitor help says more")
-        words = [str(symbols[robot]), "-ex", f"target remote :{here}"]
+        travel.start([held], at_s)
+        note(f"robot {uid} stands at {travel.chip(held).at_s:.6f} s; monitor help says more")
+        words = [str(symbols[held]), "-ex", f"target remote :{here}"]
         server = GdbServer(travel, repeated.experiment, symbols, repeated.result_hash)
         if gdb is None:
             typer.echo(f'type: avr-gdb {words[0]} -ex "{words[2]}"')

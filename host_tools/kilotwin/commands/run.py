@@ -65,7 +65,7 @@ Plots = Annotated[
 Gdb = Annotated[
     int | None,
     typer.Option(
-        metavar="ROBOT",
+        metavar="UID",
         min=0,
         rich_help_panel=INSIDE,
         help="Let avr-gdb control a robot that runs on an ATmega328P.",
@@ -112,7 +112,7 @@ DryRun = Annotated[
 Vcd = Annotated[
     list[int] | None,
     typer.Option(
-        metavar="ROBOT",
+        metavar="UID",
         min=0,
         rich_help_panel=INSIDE,
         help="Trace the pins of a robot on an ATmega328P into the folder; repeatable.",

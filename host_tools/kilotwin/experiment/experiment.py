@@ -167,6 +167,16 @@ class Experiment:
         uids = self.uids
         return uids.index(uid) if uid in uids else None
 
+    def robot_named(self, uid: int, option: str) -> int:
+        """The same for a uid that was typed behind an option; InputError if there is none."""
+        robot = self.robot_of(uid)
+        if robot is None:
+            uids = self.uids
+            raise InputError(
+                f"{option} {uid}: there is no such robot; name one of {min(uids)} to {max(uids)}"
+            )
+        return robot
+
     def group_of(self, robot: int) -> Group:
         """The group of the robot with that id."""
         ends = itertools.accumulate(group.count for group in self.groups)

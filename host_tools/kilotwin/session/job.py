@@ -24,9 +24,9 @@ Device = Literal["ohc", "dispatcher"]
 class Probes:
     """Looks into robots on an ATmega328P."""
 
-    gdb: int | None = None  # the robot that gdb controls
+    gdb: int | None = None  # the uid of the robot that gdb controls
     gdb_port: int = 1234
-    vcd: tuple[int, ...] = ()  # robots whose pins are traced
+    vcd: tuple[int, ...] = ()  # uids of those whose pins are traced
 
 
 @dataclass(frozen=True)

@@ -163,11 +163,23 @@ class Trial(Generic[WriterT]):
         self._companions = []  # some know this trial, whose engine would wait for Python to collect
 
     def _check_probes(self) -> None:
-        probes, size = self._job.probes, self._job.experiment.size
-        wanted = [("--gdb", probes.gdb), *(("--vcd", robot) for robot in probes.vcd)]
-        for option, robot in wanted:
-            if robot is not None and robot >= size:
-                raise InputError(f"{option} {robot}: there are robots 0 to {size - 1}")
+        probes, experiment = self._job.probes, self._job.experiment
+        wanted = [("--gdb", probes.gdb), *(("--vcd", uid) for uid in probes.vcd)]
+        for option, uid in wanted:
+            if uid is None:
+                continue
+            if not experiment.group_of(experiment.robot_named(uid, option)).on_board:
+                what = f"robot {uid} does not run on a board"
+                raise InputError(
+                    f'{option} {uid}: {what}: only robots with a hex, or cpu = "avr", do'
+                )
+
+    def _debugged(self) -> tuple[int, int] | None:
+        """The robot that gdb controls, and the port for it."""
+        probes = self._job.probes
+        if probes.gdb is None:
+            return None
+        return self._job.experiment.robot_named(probes.gdb, "--gdb"), probes.gdb_port
 
     def _make_simulation(self) -> _emulator.Simulation:
         job = self._job
@@ -179,7 +191,7 @@ class Trial(Generic[WriterT]):
             module_guest=job.module_guest,
             lead_ticks=self._lead_ticks(),
             waits=job.serving is not None,
-            debugged=None if job.probes.gdb is None else (job.probes.gdb, job.probes.gdb_port),
+            debugged=self._debugged(),
         )
         with self._placing_errors():
             return _emulator.Simulation(spec, powered=False)
@@ -248,8 +260,9 @@ class Trial(Generic[WriterT]):
     def _attach_probes(self) -> None:
         probes = self._job.probes
         try:
-            for robot in probes.vcd:
-                self._simulation.trace(robot, str(self._job.folder / f"robot_{robot}.vcd"))
+            for uid in probes.vcd:
+                robot = self._job.experiment.robot_named(uid, "--vcd")
+                self._simulation.trace(robot, str(self._job.folder / f"robot_{uid}.vcd"))
         except _emulator.EngineError as error:
             raise InputError(str(error)) from None
         if probes.gdb is not None:

@@ -84,13 +84,19 @@ def _has_objects(run: Run) -> bool:
     return bool(run.experiment.object)
 
 
-def experiment_of(before: Run, rows: pa.Table) -> Experiment:
-    """The experiment of a run; of one that did not end, as far as it was recorded."""
+def check_repeatable(before: Run) -> None:
+    """InputError of a run that no emulator repeats."""
     manifest, folder = before.manifest, before.folder
     if "engine" not in manifest:
         raise InputError(f"{folder}: a recording of real robots or a table; no emulator repeats it")
     if {"--serve", "serve"} & set(manifest.get("command_line", [])):
         raise InputError(f"{folder}: hosts outside had a hand in it; no repeating that")
+
+
+def experiment_of(before: Run, rows: pa.Table) -> Experiment:
+    """The experiment of a run; of one that did not end, as far as it was recorded."""
+    check_repeatable(before)
+    manifest, folder = before.manifest, before.folder
     if not rows.num_rows and not before.sites().num_rows:
         raise InputError(f"{folder}: holds no samples; there is nothing to compare")
     if manifest["status"] == FINISHED:

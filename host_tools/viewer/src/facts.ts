@@ -1,7 +1,14 @@
 // Facts about a robot, or a module, at the time that is shown: rows of name and value.
 
 import type { Between } from "./samples";
-import type { Counters, ModuleAnswer, RobotAnswer, RunEvent, Scene } from "./scene";
+import {
+  uidOf,
+  type Counters,
+  type ModuleAnswer,
+  type RobotAnswer,
+  type RunEvent,
+  type Scene,
+} from "./scene";
 
 export type Row = [string, string];
 
@@ -40,7 +47,7 @@ export function robotRows(scene: Scene, between: Between, place: number, robot: 
 // What to type to hold it there and then, line by line; nothing of a real robot.
 export function holding(scene: Scene, robot: number, timeS: number): string {
   if (!scene.emulated || timeS < 0) return "";
-  return `kilotwin debug ${scene.folder} --robot ${robot} --at ${timeS.toFixed(2)}`;
+  return `kilotwin debug ${scene.folder} --robot ${uidOf(scene, robot)} --at ${timeS.toFixed(2)}`;
 }
 
 // How it moves between two samples, which is what its motors came to.

@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <deque>
+#include <memory>
 #include <stdexcept>
 
+#include "robots/trail.h"
 #include "support.h"
 
 using namespace kilotwin;
@@ -170,8 +172,9 @@ TEST_CASE("each of as many kinds of stations as can be numbered speaks for its o
     Swarm<Robot> robots;
     std::vector<Emission> emissions;
     const std::vector<Region> overhead;
+    const std::unique_ptr<Trail> no_trail;
     KilobotChannel channel(infrared_settings(),
-                           {chance, robots, bodies, emissions, ticks(1), true, overhead},
+                           {chance, robots, bodies, emissions, ticks(1), true, overhead, no_trail},
                            OTHERS + 1, true, {});
     std::deque<Noting> kinds(OTHERS);
     for (uint32_t station = 0; station < OTHERS; station++)

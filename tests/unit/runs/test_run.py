@@ -287,7 +287,7 @@ def test_a_run_whose_engine_hangs_ends_soon_after_one_polite_kill(
 
 def test_a_robot_that_is_not_there_is_not_said_to_wait_for_gdb(kilotwin: Kilotwin) -> None:
     done = kilotwin("run", "small.toml", "--gdb", "99", expect=2)
-    assert "there are robots 0 to 9" in done.stderr
+    assert "there is no such robot; name one of 1 to 10" in done.stderr
     assert "waits" not in done.stderr
 
 

@@ -90,6 +90,17 @@ def test_trials_are_run_seed_by_seed(folder: Path) -> None:
     ]
 
 
+def test_a_trial_with_a_name_is_shown_without_its_lists(folder: Path) -> None:
+    text = (
+        "base = 'small.toml'\n[[together]]\nname = ['left', 'right']\nswarm.size = [3, 4]\n"
+        "swarm.start_in_m = [[-1, -1, 1, 1], [-0.9, -0.9, 0.9, 0.9]]\n"
+    )
+    assert [shown(trial) for trial in plan_of(folder, text).trials] == [
+        "small, left, swarm.size 3, seed 1",
+        "small, right, swarm.size 4, seed 1",
+    ]
+
+
 def test_a_trial_is_shown_by_what_varies(folder: Path) -> None:
     plan = plan_of(folder, "base = 'small.toml'\nvary.swarm.size = [3]\n")
     assert shown(plan.trials[0]) == "small, swarm.size 3, seed 1"

@@ -27,7 +27,7 @@ _SIGNALS = {"crash": "0b", "interrupt": "02"}
 _BLOCK = 1 << 16
 _HELP = """\
 monitor where              the moment, the robot, and why it stands
-monitor robot N            hold another robot, at this moment
+monitor robot UID          hold another robot, at this moment
 monitor at SECONDS         go to another moment of the run
 monitor any on|off         breakpoints and watches of any robot that can be held, or of this one
 monitor message on|off     stop when a message reaches the program's callback
@@ -202,7 +202,7 @@ class GdbServer:
         if stop.why in ("message", "colour"):
             self._print(f"{self._where()}")
         elif len(self._travel.robots) > 1 and stop.why == "breakpoint":
-            self._print(f"robot {stop.place.robot}\n")
+            self._print(f"robot {self._experiment.uid_of(stop.place.robot)}\n")
         return f"T{signal}swbreak:;" if stop.why == "breakpoint" else f"T{signal}"
 
     def _say_how_it_ended(self) -> None:
@@ -278,9 +278,10 @@ class GdbServer:
     def _where(self) -> str:
         now = self._now
         chip = self._looked()
-        whose = "any robot" if len(self._travel.robots) > 1 else f"robot {now.place.robot}"
+        robot = f"robot {self._experiment.uid_of(now.place.robot)}"
+        whose = "any robot" if len(self._travel.robots) > 1 else robot
         return (
-            f"robot {now.place.robot} at {chip.at_s:.6f} s (tick {self._tick(chip)}), "
+            f"{robot} at {chip.at_s:.6f} s (tick {self._tick(chip)}), "
             f"stopped by: {now.why}; held: {whose}\n"
         )
 
@@ -288,9 +289,10 @@ class GdbServer:
         return int(chip.at_s / _emulator.TICK_S)
 
     def _hold_robot(self, text: str) -> str:
-        robot = int(text)
-        if robot not in self._symbols:
-            return f"robot {robot} cannot be held: these can: {_shown(self._symbols)}\n"
+        robot = self._experiment.robot_of(int(text))
+        if robot is None or robot not in self._symbols:
+            can = sorted(map(self._experiment.uid_of, self._symbols))
+            return f"robot {text} cannot be held: these can: {can[0]} to {can[-1]}\n"
         at_s = self._looked().at_s
         self._travel.robots = [robot]
         return self._gone_to(robot, at_s)
@@ -328,8 +330,3 @@ class GdbServer:
                 return f"stops when the LED becomes {text}\n"
         known = ", ".join(states.names[: states.known]) or "none is named"
         return f"there is no state '{text}'; [states]: {known}; or RGB(r,g,b) of 0 to 3\n"
-
-
-def _shown(robots: Mapping[int, Path]) -> str:
-    numbers_ = sorted(robots)
-    return f"{numbers_[0]} to {numbers_[-1]}" if numbers_ else "none"

@@ -93,8 +93,7 @@ def travel_in(
 
 def _check(experiment: Experiment, robots: Sequence[int]) -> None:
     for robot in robots:
-        if not 0 <= robot < experiment.size:
-            raise InputError(f"--robot {robot}: there are robots 0 to {experiment.size - 1}")
+        uid = experiment.uid_of(robot)
         tier = experiment.group_of(robot).tier
         if tier == "translated":
             continue
@@ -104,9 +103,9 @@ def _check(experiment: Experiment, robots: Sequence[int]) -> None:
             )
             what = "runs natively, as code of this computer, which gdb cannot hold in a simulation"
             remedy = f"let it run translated, the same source: --set {key}.cpu=translated"
-            raise InputError(f"robot {robot} {what}; {remedy}")
+            raise InputError(f"robot {uid} {what}; {remedy}")
         what = "runs on a simulated ATmega328P, which is held without a way back"
-        raise InputError(f"robot {robot} {what}; type: kilotwin run EXPERIMENT --gdb {robot}")
+        raise InputError(f"robot {uid} {what}; type: kilotwin run EXPERIMENT --gdb {uid}")
 
 
 def _group(experiment: Experiment, robot: int) -> int:

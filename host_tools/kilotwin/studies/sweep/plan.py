@@ -426,6 +426,11 @@ def _settings(values: _Part, text: ExperimentText) -> list[Setting]:
 
 
 def shown(trial: Trial) -> str:
-    """`simplified-n50, swarm.informed 0.1, seed 3`."""
-    values = [f"{key} {value}" for key, value in trial.settings.items()]
+    """`simplified-n50, swarm.informed 0.1, seed 3`. A name says what its lists are for."""
+    named = "name" in trial.settings
+    values = [
+        str(value) if key == "name" else f"{key} {value}"
+        for key, value in trial.settings.items()
+        if not (named and isinstance(value, list))
+    ]
     return ", ".join([trial.base, *values, f"seed {trial.seed}"])

@@ -16,6 +16,7 @@ from kilotwin.runs.trail import Trail, read_trail
 from kilotwin.session.acts import acts_of
 from kilotwin.session.display import Display
 from kilotwin.session.run import run
+from kilotwin.session.verify import check_repeatable
 from kilotwin.studies.why.chain import Link, Question, explain
 from kilotwin.studies.why.facts import Facts, What
 from kilotwin.studies.why.programs import Programs
@@ -53,9 +54,7 @@ def ask(folder: Path, asked: Asked, command_line: list[str], display: Display) -
     """
     before = Run.open(folder)
     experiment = _experiment(before, asked)
-    robot = experiment.robot_of(asked.robot)
-    if robot is None:
-        raise InputError(f"--robot {asked.robot}: there is no such robot; {_uids(experiment)}")
+    robot = experiment.robot_named(asked.robot, "--robot")
     experiment = settled(experiment, display.note)
     _check_tier(experiment, folder, robot, asked)
     programs = Programs(experiment)
@@ -82,19 +81,10 @@ def ask(folder: Path, asked: Asked, command_line: list[str], display: Display) -
     return Answer(before, experiment, explain(facts, programs, question, asked.depth))
 
 
-def _uids(experiment: Experiment) -> str:
-    uids = experiment.uids
-    return f"name one of {min(uids)} to {max(uids)}"
-
-
 def _experiment(before: Run, asked: Asked) -> Experiment:
     """Its experiment. InputError if it cannot be repeated, or is over before the moment."""
-    manifest, folder = before.manifest, before.folder
-    if "engine" not in manifest:
-        raise InputError(f"{folder}: a recording of real robots or a table; no emulator repeats it")
-    if {"--serve", "serve"} & set(manifest.get("command_line", [])):
-        raise InputError(f"{folder}: hosts outside had a hand in it; no repeating that")
-    ran = manifest.get("summary", {}).get("simulated_s")
+    check_repeatable(before)
+    ran = before.manifest.get("summary", {}).get("simulated_s")
     if ran is None:
         rows = before.robots()
         ran = rows["time_s"][-1].as_py() if rows.num_rows else before.experiment.duration_s
@@ -102,7 +92,7 @@ def _experiment(before: Run, asked: Asked) -> Experiment:
         raise InputError(
             f"--at {asked.at_s:g}: the run goes from 0 to {ran:g} s; name a moment in it"
         )
-    return Experiment.load(folder / EXPERIMENT, [])
+    return Experiment.load(before.folder / EXPERIMENT, [])
 
 
 def _check_tier(experiment: Experiment, folder: Path, robot: int, asked: Asked) -> None:
