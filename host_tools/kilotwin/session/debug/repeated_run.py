@@ -98,11 +98,10 @@ def _check(experiment: Experiment, robots: Sequence[int]) -> None:
         if tier == "translated":
             continue
         if tier == "native":
-            key = (
-                f"robots.{_group(experiment, robot)}.cpu" if experiment.keys.robots else "swarm.cpu"
-            )
+            group = _group(experiment, robot)
+            key = f"robots.{group}.cpu" if experiment.keys.robots else "swarm.cpu"
             what = "runs natively, as code of this computer, which gdb cannot hold in a simulation"
-            remedy = f"let it run translated, the same source: --set {key}.cpu=translated"
+            remedy = f"let it run translated, the same source: --set {key}=translated"
             raise InputError(f"robot {uid} {what}; {remedy}")
         what = "runs on a simulated ATmega328P, which is held without a way back"
         raise InputError(f"robot {uid} {what}; type: kilotwin run EXPERIMENT --gdb {uid}")
