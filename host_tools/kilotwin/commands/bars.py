@@ -15,7 +15,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from kilotwin.commands.terminal import HowFar, robots_now, simulated, sweep_now
+from kilotwin.commands.terminal import HowFar, robots_now, simulated, sweep_done, sweep_now
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.session.display import NO_VALUES, Values
 from kilotwin.units import seconds, ticks
@@ -98,7 +98,8 @@ class SweepBar(_Live):
     def start(self, trials: int, done: int) -> None:
         """Shows the bar."""
         self._trials = trials
-        self._task = self._bar.add_task(f"{done} of {trials} trials", total=trials, completed=done)
+        text = sweep_done(done, trials)
+        self._task = self._bar.add_task(text, total=trials or None, completed=done)
         self._bar.start()
 
     def progress(self, done: int, failed: int, left_s: float, last: str) -> None:

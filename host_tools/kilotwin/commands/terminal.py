@@ -134,9 +134,14 @@ def sweep_display(quiet: bool) -> "SweepLines | SweepBar":
     return SweepBar()
 
 
+def sweep_done(done: int, trials: int) -> str:
+    """`trials` is 0 where only a time ends them."""
+    return f"{done} of {trials} trials" if trials else f"{done} trials"
+
+
 def sweep_now(done: int, trials: int, failed: int, left_s: float) -> str:
     bad = f", {failed} failed" if failed else ""
-    return f"{done} of {trials} trials{bad}, {duration_text(left_s)} left"
+    return f"{sweep_done(done, trials)}{bad}, {duration_text(left_s)} left"
 
 
 def robots_now(resting: dict[str, int], not_resting: int, metrics: Values = NO_VALUES) -> str:

@@ -51,7 +51,7 @@ def _left_s(budget: Budget, ran: int, done: int, took_s: float) -> float:
 
 def _reached(search: Search) -> str:
     corpus = search.state.corpus
-    return f"{len(corpus.reached):,} marks reached, corpus of {len(corpus.variations)}"
+    return f"{len(corpus.reached):,} marks, corpus of {len(corpus.variations)}"
 
 
 def text(search: Search, experiment: Path) -> str:
