@@ -37,6 +37,7 @@ NOT_RUN = {
     "docs/avr.md": "waits for a second command; tests/system/test_avr.py speaks avr-gdb's protocol",
     "docs/environment.md": "waits for robots, or for another command; "
     "tests/system/test_record_environment.py types both",
+    "docs/hunt.md": "shows what a hunt prints; tests/hunt/test_planted.py hunts",
     "docs/lab.md": "wants a programmer, a table or robots; tests/hardware types them there, and "
     "the tests of `flash`, `robots` and `calibrate` at emulated ones",
 }
@@ -74,6 +75,7 @@ TOML = [block for block in BLOCKS if block.language == "toml"]
 BEFORE = {
     "docs/avr.md": (ARENA + SWARM, SWARM + ONE),
     "docs/environment.md": (ARENA + SWARM + ONE,),
+    "docs/hunt.md": (ARENA + SWARM + ONE,),
     "docs/kilogrid.md": (SWARM + ONE, SWARM + ONE + TABLE),
     "docs/lab.md": (ARENA + SWARM, SWARM + ONE, None, ARENA + ONE),
 }

@@ -75,6 +75,9 @@ def _be_world(
     job: Job, held: Sequence[Held], links: Sequence[Link], log: IO[str], parent: int
 ) -> NoReturn:
     code = 1
+    # What the leader has open is closed here; to finalise an object of its that knows of a file
+    # would end this process.
+    gc.freeze()
     try:
         os.setpgid(0, 0)
         for number in (signal.SIGTERM, signal.SIGHUP):
