@@ -89,10 +89,7 @@ static int64_t udivmodsi4(translated_chip_t *chip, uint16_t sp, int64_t left,
 
 // A number with a sign, by complements of its bytes (com, neg, sbci of 0xFF).
 INLINE uint32_t negate(floats_t *s, uint32_t number) {
-    const uint8_t a = (uint8_t) ~(number >> 24), borrow = (number & 0xFFFFFF) != 0;
-    const uint8_t x = (uint8_t)(a + 1 - borrow);
-    s->c = a < 0xFF + borrow, s->z = number == 0, s->n = x >> 7;
-    s->v = ((a ^ 0xFF) & (a ^ x)) >> 7, s->h = (a ^ 0xFF ^ x) >> 4 & 1;
+    increase_flags(s, ~number);
     s->cycles += 7 + RET;
     return 0u - number;
 }
@@ -172,10 +169,7 @@ static int64_t udivmodhi4(translated_chip_t *chip, uint16_t sp, int64_t left,
 
 // As negate(), of two bytes.
 INLINE uint32_t negate_short(floats_t *s, uint32_t number) {
-    const uint8_t a = (uint8_t) ~(number >> 8), borrow = (number & 0xFF) != 0;
-    const uint8_t x = (uint8_t)(a + 1 - borrow);
-    s->c = a < 0xFF + borrow, s->z = number == 0, s->n = x >> 7;
-    s->v = ((a ^ 0xFF) & (a ^ x)) >> 7, s->h = (a ^ 0xFF ^ x) >> 4 & 1;
+    increase_flags(s, ~(number << 16));
     s->cycles += 3 + RET;
     return (0u - number) & 0xFFFF;
 }

@@ -23,8 +23,9 @@ struct translated_chip;
 /// routine's calls and jumps: the word address behind each, and ROUTINE_LONG if it takes a cycle
 /// more. Cycles up to behind its return, which is not done; 0: it has to be executed, and nothing
 /// has changed.
-typedef int64_t (*translated_routine_t)(struct translated_chip *chip, uint16_t sp, int64_t left,
-                                        const uint16_t *sites);
+typedef int64_t translated_compute_t(struct translated_chip *chip, uint16_t sp, int64_t left,
+                                     const uint16_t *sites);
+typedef translated_compute_t *translated_routine_t;
 
 enum { ROUTINE_LONG = 1 << 15 };
 

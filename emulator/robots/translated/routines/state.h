@@ -1,4 +1,4 @@
-/// What the routines of translated/routines/routines.h have in common: the registers that they go
+/// State that the routines of translated/routines/routines.h share: the registers that they go
 /// through, flags, and what calls leave on the stack.
 ///
 /// Floats are avr-libc's: a in r22 to r25, b in r18 to r21, the lowest byte first; r27 and r26 are
@@ -25,7 +25,7 @@ enum {
 // All of a routine is one function: what it computes stays in registers of this computer.
 #define INLINE static inline __attribute__((always_inline))
 
-// What floats go through. Flags as C Z N V S H T.
+// Registers and flags that floats go through. Flags as C Z N V S H T.
 typedef struct {
     uint32_t a, b;
     uint32_t r0, r26, r27, r30, r31;
@@ -94,21 +94,7 @@ INLINE int64_t given(translated_chip_t *chip, const floats_t *s) {
 }
 
 // Those of floats, for the table of all.
-int64_t translated_addsf3(translated_chip_t *chip, uint16_t sp, int64_t left,
-                          const uint16_t *sites);
-int64_t translated_subsf3(translated_chip_t *chip, uint16_t sp, int64_t left,
-                          const uint16_t *sites);
-int64_t translated_addsf3x(translated_chip_t *chip, uint16_t sp, int64_t left,
-                           const uint16_t *sites);
-int64_t translated_mulsf3(translated_chip_t *chip, uint16_t sp, int64_t left,
-                          const uint16_t *sites);
-int64_t translated_divsf3(translated_chip_t *chip, uint16_t sp, int64_t left,
-                          const uint16_t *sites);
-int64_t translated_compare(translated_chip_t *chip, uint16_t sp, int64_t left,
-                           const uint16_t *sites);
-int64_t translated_powser(translated_chip_t *chip, uint16_t sp, int64_t left,
-                          const uint16_t *sites);
-int64_t translated_powsodd(translated_chip_t *chip, uint16_t sp, int64_t left,
-                           const uint16_t *sites);
+translated_compute_t translated_addsf3, translated_subsf3, translated_addsf3x, translated_mulsf3,
+    translated_divsf3, translated_compare, translated_powser, translated_powsodd;
 
 #endif
