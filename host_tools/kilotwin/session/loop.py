@@ -81,6 +81,24 @@ class EachTick(Companion):
         """Its act at the tick `now`."""
 
 
+class EachSample(Companion):
+    """A companion that does at each sample what it does at the end."""
+
+    def __init__(self, sample_ticks: int) -> None:
+        self._sample_ticks = sample_ticks
+        self._next = 0
+
+    def step(self, now: int) -> None:
+        """Acts, if this is a sample and it has not yet."""
+        if now >= self._next:
+            self.finish()
+            self._next = (now // self._sample_ticks + 1) * self._sample_ticks
+
+    def next_due(self) -> int:
+        """The next sample."""
+        return self._next
+
+
 class Attention(Companion):
     """Has the loop come round after about `every_s` of wall time, however fast the table is: until
     then no signal is seen and no progress is shown."""

@@ -18,7 +18,7 @@ from kilotwin.runs.folder import FAILURES, FAULT, PRINT, UNDEFINED
 from kilotwin.runs.trail import CAPACITY, Trail, write_trail
 from kilotwin.runs.writer import RunWriter
 from kilotwin.session.emulated import EmulatedWorld
-from kilotwin.session.loop import NEVER, Attention, Companion
+from kilotwin.session.loop import NEVER, Attention, Companion, EachSample
 from kilotwin.units import ticks
 
 if TYPE_CHECKING:
@@ -222,51 +222,33 @@ class TrailKeeper(Companion):
         write_trail(self._folder, self._simulation.arrivals(), self._simulation.trail())
 
 
-class FrameRecorder(Companion):
+class FrameRecorder(EachSample):
     """Records the frames that robots receive, each sample those since the last one."""
 
     def __init__(self, world: EmulatedWorld, writer: RunWriter, sample_ticks: int) -> None:
         """Before the robots' first step."""
+        super().__init__(sample_ticks)
         self._simulation = world.simulation
         self._writer = writer
-        self._sample_ticks = sample_ticks
-        self._next = 0
         self._simulation.keep_trail(CAPACITY, [], 0, 0, 0)
-
-    def step(self, now: int) -> None:
-        """Writes what there is, if this is a sample."""
-        if now >= self._next:
-            self.finish()
-            self._next = (now // self._sample_ticks + 1) * self._sample_ticks
 
     def next_due(self) -> int:
         """The next sample, if there is room for more."""
-        return self._next if self._writer.wants_frames else NEVER
+        return super().next_due() if self._writer.wants_frames else NEVER
 
     def finish(self) -> None:
         """Writes the rest."""
         self._writer.add_frames(self._simulation.arrivals())
 
 
-class CellRecorder(Companion):
+class CellRecorder(EachSample):
     """Records what cells show, at the samples at which it is something else than before."""
 
     def __init__(self, world: EmulatedWorld, writer: RunWriter, sample_ticks: int) -> None:
+        super().__init__(sample_ticks)
         self._world = world
         self._writer = writer
-        self._sample_ticks = sample_ticks
-        self._next = 0
         self._shown = np.zeros_like(world.simulation.cells().reshape(-1, 2))
-
-    def step(self, now: int) -> None:
-        """Records them, if this is a sample."""
-        if now >= self._next:
-            self.finish()
-            self._next = (now // self._sample_ticks + 1) * self._sample_ticks
-
-    def next_due(self) -> int:
-        """The next sample."""
-        return self._next
 
     def finish(self) -> None:
         """Records those that show something else now."""
@@ -277,31 +259,17 @@ class CellRecorder(Companion):
         self._shown = shows
 
 
-class ModuleRecorder(Companion):
+class ModuleRecorder(EachSample):
     """Records how a grid's modules are at each sample, and in the last moment."""
 
     def __init__(self, world: EmulatedWorld, writer: RunWriter, sample_ticks: int) -> None:
+        super().__init__(sample_ticks)
         self._world = world
         self._writer = writer
-        self._sample_ticks = sample_ticks
-        self._next = 0
         self._recorded_at = -1
 
-    def step(self, now: int) -> None:
-        """Records them, if this is a sample."""
-        if now >= self._next:
-            self._record(now)
-            self._next = (now // self._sample_ticks + 1) * self._sample_ticks
-
-    def next_due(self) -> int:
-        """The next sample."""
-        return self._next
-
     def finish(self) -> None:
-        """Records how they are in the last moment."""
+        """Records how they are now, unless they are recorded."""
         if self._recorded_at != self._world.tick:
-            self._record(self._world.tick)
-
-    def _record(self, tick: int) -> None:
-        self._writer.add_modules(tick, self._world.simulation.modules())
-        self._recorded_at = tick
+            self._recorded_at = self._world.tick
+            self._writer.add_modules(self._recorded_at, self._world.simulation.modules())
