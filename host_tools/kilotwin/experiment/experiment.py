@@ -177,10 +177,14 @@ class Experiment:
             )
         return robot
 
+    def group_index(self, robot: int) -> int:
+        """The index of the group of the robot with that id."""
+        ends = itertools.accumulate(group.count for group in self.groups)
+        return next(index for index, end in enumerate(ends) if robot < end)
+
     def group_of(self, robot: int) -> Group:
         """The group of the robot with that id."""
-        ends = itertools.accumulate(group.count for group in self.groups)
-        return next(group for group, end in zip(self.groups, ends, strict=True) if robot < end)
+        return self.groups[self.group_index(robot)]
 
     def program_of(self, robot: int) -> Program:
         """The program of the robot with that id."""

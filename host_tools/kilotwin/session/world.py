@@ -375,7 +375,7 @@ class World:
         read.
         """
         index, wanted = self._robot(robot), _checked(name=name).name
-        group = self._experiment.groups.index(self._experiment.group_of(index))
+        group = self._experiment.group_index(index)
         file = self._debug_files[group]
         if file is None or self._experiment.groups[group].on_board:
             raise InputError(

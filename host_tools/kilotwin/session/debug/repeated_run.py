@@ -3,10 +3,8 @@ so that they can be held."""
 
 import contextlib
 import math
-from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import accumulate
 from pathlib import Path
 
 from kilotwin.errors import InputError
@@ -35,8 +33,8 @@ class Repeated:
 
     @staticmethod
     def of(target: Path, settings: Sequence[Setting]) -> "Repeated":
-        """Of a run folder, its manifest, or an experiment file. InputError for what cannot be
-        repeated: real robots, hosts outside."""
+        """Reads it from a run folder, its manifest, or an experiment file. InputError for what
+        cannot be repeated: real robots, hosts outside."""
         folder = target.parent if target.name == MANIFEST else target
         if not (folder / MANIFEST).is_file():
             return Repeated(Experiment.load(target, settings))
@@ -98,18 +96,13 @@ def _check(experiment: Experiment, robots: Sequence[int]) -> None:
         if tier == "translated":
             continue
         if tier == "native":
-            group = _group(experiment, robot)
+            group = experiment.group_index(robot)
             key = f"robots.{group}.cpu" if experiment.keys.robots else "swarm.cpu"
             what = "runs natively, as code of this computer, which gdb cannot hold in a simulation"
             remedy = f"let it run translated, the same source: --set {key}=translated"
             raise InputError(f"robot {uid} {what}; {remedy}")
         what = "runs on a simulated ATmega328P, which is held without a way back"
         raise InputError(f"robot {uid} {what}; type: kilotwin run EXPERIMENT --gdb {uid}")
-
-
-def _group(experiment: Experiment, robot: int) -> int:
-    ends = list(accumulate(group.count for group in experiment.groups))
-    return bisect_right(ends, robot)
 
 
 def moment(at_s: float | None, duration_s: float) -> float:

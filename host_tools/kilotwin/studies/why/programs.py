@@ -33,12 +33,11 @@ class Programs:
         ]
 
     def _of(self, robot: int) -> _Program | None:
-        groups = self._experiment.groups
-        return self._programs[groups.index(self._experiment.group_of(robot))]
+        return self._programs[self._experiment.group_index(robot)]
 
     @property
     def draws(self) -> tuple[tuple[tuple[int, int], ...], ...]:
-        """Of each robot, the extents of code that draws random numbers."""
+        """Extents of code that draws random numbers, for each robot."""
         return tuple(
             draws
             for group, program in zip(self._experiment.groups, self._programs, strict=True)
