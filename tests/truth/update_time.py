@@ -121,10 +121,10 @@ def courses(folder: Path, where: Sequence[str] = ()) -> Iterator[tuple[Row, Cour
             raise InputError(
                 f"{folder}: no column {column}; name a sweep of experiments/kilogrid/update-time"
             )
-    numbers = series["trial"].to_numpy()
+    numbers = series["trial"].to_numpy()  # ascending: the trials one after the other
     values = {name: series[name].to_numpy() for name in ("time_s", _BLACK, _WHITE)}
     for row in chosen(folder, trials, where):
-        own = numbers == row["trial"]
+        own = slice(*np.searchsorted(numbers, (row["trial"], row["trial"] + 1)))
         time_s, black, white = (values[name][own] for name in ("time_s", _BLACK, _WHITE))
         yield row, Course(time_s, black, white, int(row["robots"]))
 
