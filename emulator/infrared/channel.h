@@ -51,7 +51,7 @@ struct ChannelContext {
     bool run_ahead;                    ///< false: robots are executed tick by tick
     /// The region that each overhead controller covers; empty: there is one, over all robots.
     const std::vector<Region> &overhead;
-    /// Of frames that are received; null: none is kept.
+    /// The trail of frames that are received; null: none is kept.
     const std::unique_ptr<Trail> &trail;
 };
 
@@ -116,7 +116,7 @@ class Channel {
 
     const ChannelCounts &counts() const { return counts_; }
 
-    /// Of frames that are received; null: none is kept.
+    /// The trail of frames that are received; null: none is kept.
     Trail *trail() const { return context_.trail.get(); }
 
     /// By robot.

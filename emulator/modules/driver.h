@@ -50,7 +50,7 @@ class ModuleDriver {
         uint64_t frames_missed;   ///< its buffers were full
     };
 
-    /// What came of executing a module.
+    /// The outcome of executing a module.
     struct Ran {
         std::optional<CellEmission> asks;  ///< what it is about to send: it waits for answer()
         uint64_t unheard = 0;              ///< frames that went out where no robot is near
@@ -95,7 +95,7 @@ class ModuleDriver {
     virtual bool answer(uint32_t /*module*/, Cycles /*asked*/, Module::Answer /*answer*/) {
         return false;
     }
-    /// Executes a module that was left behind: what it does up to `at` is received by nobody.
+    /// Executes a module that was left behind: no robot receives what it does up to `at`.
     virtual void catch_up(uint32_t /*module*/, Cycles /*at*/) {}
     /// A frame of a robot ended at `at` at a cell that listened. A board sees its light instead.
     virtual void receive_ir(uint32_t /*module*/, Cycles /*at*/, uint8_t /*cell*/,

@@ -84,7 +84,7 @@ void register_debugging(nb::class_<PythonSimulation> &simulation) {
                         out["before"] = stop.before;
                         on_stop(out);
                     } catch (nb::python_error &error) {
-                        // Code of robots, which is called by nobody's catch, cannot be unwound.
+                        // An exception cannot unwind code of robots, which catches none.
                         error.restore();
                         PyErr_Print();
                         _exit(1);

@@ -24,7 +24,7 @@ namespace kilotwin {
 
 class Trail {
   public:
-    /// Who sends or receives. ABOVE: an overhead controller, by number. COMMAND: a [[command]],
+    /// Senders and receivers. ABOVE: an overhead controller, by number. COMMAND: a [[command]],
     /// which comes beside the medium. FLOOR: what stands in for a foot-bot's ground sensor.
     enum class Kind : uint8_t { ROBOT, CELL, BEACON, ABOVE, COMMAND, FLOOR };
     struct Station {

@@ -215,7 +215,7 @@ class Simulation {
               std::function<void(const Debugging::Stop &)> on_stop);
     /// EngineError if none was held so far.
     Debugging &debugging() const;
-    /// What was wanted last of robots that are held, up to now.
+    /// The last place up to now at which something was wanted of robots that are held.
     std::optional<Debugging::Found> found() const;
     /// The chip of a robot that runs translated, in the midst of a step too. EngineError likewise.
     Driver::Standing standing(uint32_t robot) const;

@@ -3,7 +3,7 @@
 
 static struct {
     uint8_t uids[6];  ///< neighbours that it has met
-    uint8_t alarm;    ///< somebody is in need: red light, for good
+    uint8_t alarm;    ///< a robot is in need: red light, for good
 } met;
 static uint8_t met_count;
 static message_t greeting = {.type = NORMAL};

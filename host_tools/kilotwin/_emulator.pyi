@@ -84,7 +84,7 @@ class Event(TypedDict):
     code: NotRequired[list[int]]  # addresses in its program's file, innermost first
 
 class Trail(TypedDict):
-    """What robots' code did; python/trail.cpp names the fields of the arrays."""
+    """Actions of robots' code; python/trail.cpp names the fields of the arrays."""
 
     writes: NDArray[np.void]
     sendings: NDArray[np.void]

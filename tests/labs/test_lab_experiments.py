@@ -225,7 +225,7 @@ def test_modules_that_pause_run_on_as_they_were_configured_once(
     (tmp_path / "empty.kconf").write_text("")
     cells, happened = turns(40, pause_ms, configuration=str(tmp_path / "empty.kconf"))
     assert happened[:3] == ["set_up", "configure", "run"]
-    # It is told of once, and nobody is called silent.
+    # It is reported once, and no module is called silent.
     assert set(happened[3:]) <= {"module_pauses"}
     assert len(happened) <= 4
     assert (cells[1::2, 1::2, 1] == 1).all()

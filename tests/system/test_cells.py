@@ -1,4 +1,4 @@
-"""What cells of a lab's own module program show, recorded and as the page gets it."""
+"""Lights of cells of a lab's own module program, recorded and as the page gets them."""
 
 import itertools
 from pathlib import Path

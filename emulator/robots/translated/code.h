@@ -67,14 +67,14 @@ typedef struct translated_chip {
     uint8_t (*pin_written)(struct translated_chip *chip, uint16_t address);
     /// A division by zero begins. The program counter and the stack pointer are here meanwhile.
     void (*divides_by_zero)(struct translated_chip *chip);
-    /// Of a translation that is watched: `value` is about to take the place of another one. The
+    /// A watched translation reports that `value` is about to replace another one. The
     /// program counter, the stack pointer and `left` are those of the instruction.
     void (*stores)(struct translated_chip *chip, uint16_t address, uint8_t value);
-    /// Of such a translation: the jump by which a function has gone on in another one, which
+    /// The jump, in such a translation, by which a function has gone on in another one, which
     /// returns in its place; 0: none since the last call or return.
     uint32_t jumped;
-    /// Of code that is DEBUGGED: an instruction begins, and all of the state is here. Nothing of it
-    /// may be changed. Bits for `changed`.
+    /// DEBUGGED code reports that an instruction begins: all of the state is here, and is not to be
+    /// changed. Bits for `changed`.
     uint8_t (*instruction_begins)(struct translated_chip *chip);
     uint8_t turns_wanted;                  ///< likewise: no turn of an inner loop is left out
     const translated_routine_t *routines;  ///< that are computed; null: all are executed

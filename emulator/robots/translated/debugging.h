@@ -31,7 +31,7 @@ class Debugging {
     struct Watch {
         uint16_t address, bytes;
     };
-    /// What is wanted of the robots that are held.
+    /// Causes for which robots that are held are to stop.
     struct Wanted {
         std::vector<uint32_t> breakpoints;  ///< byte addresses of instructions
         std::vector<Watch> watches;
@@ -78,7 +78,7 @@ class Debugging {
 
     /// From the next instruction on. Within `on_stop` from the one that is about to begin.
     void want(const Wanted &wanted);
-    /// What was wanted last since want(), at an instruction before now.
+    /// The last place before now, since want(), at which something was wanted.
     const std::optional<Found> &last() const { return last_; }
     /// Before an instruction. True if something was wanted there.
     bool look(const Instruction &now);
@@ -106,7 +106,7 @@ class Debugging {
         std::vector<uint8_t> bytes;  ///< of all watches, one after the other
     };
 
-    /// What has changed since the last look; the watch's number in `watch`.
+    /// The change since the last look; the watch's number in `watch`.
     Why change_of(Held &held, const Instruction &now, uint32_t &watch) const;
     void remember(Held &held, const Instruction &now) const;
     void stop(const Instruction &now, Why why, uint32_t watch, uint64_t before);

@@ -1,6 +1,7 @@
-/// Of a translation that is watched (TRANSLATED_WATCHED), for a trail (robots/trail.h): the engine is
-/// told where the code stands before a store to SRAM that changes a byte, and before what shows on a
-/// pin. Elsewhere there is nothing of it. For regions alone, as macros of translated/code.h.
+/// Macros of a watched translation (TRANSLATED_WATCHED), for a trail (robots/trail.h): they report
+/// where the code stands before a store to SRAM that changes a byte, and before a write that shows
+/// on a pin. In other translations they are empty. For regions alone, as macros of
+/// translated/code.h.
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_WATCHED_H
 #define KILOTWIN_ROBOTS_TRANSLATED_WATCHED_H
 

@@ -56,7 +56,7 @@ class Sampler(StrEnum):
 
 
 class By(StrEnum):
-    """What searches."""
+    """The library that searches."""
 
     optuna = "optuna"
     irace = "irace"

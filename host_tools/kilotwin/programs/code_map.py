@@ -47,8 +47,8 @@ class CodeMap:
         return frozenset(one.name for one in named if one is not None and one.own)
 
     def _addresses(self, function: Named) -> Iterator[int]:
-        """Of data that its instructions name: read directly, or with a pointer made of two bytes,
-        also by subtraction, as of an array with an index."""
+        """Addresses of data that its instructions name: read directly, or with a pointer made of
+        two bytes, also by subtraction, as of an array with an index."""
         before: Instruction | None = None
         at = function.begin
         while at < min(function.end, len(self._code) - 1):

@@ -315,7 +315,7 @@ def module_rows(tick: int, modules: "list[ModuleRecord]") -> pa.RecordBatch:
 
 
 STATIONS = ("robot", "cell", "beacon", "overhead", "command", "floor")
-"""Who sends or receives, by Trail::Kind of the engine."""
+"""Senders and receivers, by Trail::Kind of the engine."""
 
 FRAMES_SCHEMA = pa.schema(
     [

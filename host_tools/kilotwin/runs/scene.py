@@ -146,6 +146,6 @@ def _grid(run: Run) -> dict[str, Any] | None:
         if grid.configuration is not None
         else np.flatnonzero(walls_on_cells(layout, grid.wall_cells)).tolist(),
         "maps": maps,
-        # Of a lab's own program only what was recorded says what cells show.
+        # Cells of a lab's own program show what was recorded, and no plan knows it.
         "recorded": not is_ours(grid) and "engine" in run.manifest,
     }

@@ -26,7 +26,7 @@ Extents = tuple[tuple[int, int], ...]
 
 @dataclass(frozen=True)
 class Trail:
-    """What a trail is to have. The run ends at the tick `end_tick`. `draws`: of each robot, the
+    """A trail to be kept. The run ends at the tick `end_tick`. `draws`: of each robot, the
     code that draws random numbers. `robot`, by index, and its variable from the address `begin` to
     before `end`, of which each change is kept; none if both are 0."""
 
@@ -49,7 +49,7 @@ class Recorded:
 
 
 def write_trail(folder: Path, arrivals: NDArray[np.void], told: "TrailOfEngine") -> None:
-    """What the engine told becomes files of a run folder."""
+    """Makes files of a run folder of what the engine told."""
     with (folder / _ARRAYS).open("wb") as file:
         np.savez(file, arrivals=arrivals, writes=told["writes"], sendings=told["sendings"])
     beside = {"paths": told["paths"], "forgotten": told["forgotten"]}

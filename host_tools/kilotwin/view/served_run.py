@@ -163,7 +163,7 @@ class ServedRun:
         return [[row[column] for column in REPORTED] for row in last]
 
     def cells(self, time_s: float) -> list[list[int]]:
-        """What cells of a lab's own module program show at a time: the cell, colour (bits: red,
+        """Lights of cells of a lab's own module program at a time: the cell, colour (bits: red,
         green, blue) and brightness of each that is not dark."""
         if not (self._folder / f"{CELLS}.arrows").exists():
             return []

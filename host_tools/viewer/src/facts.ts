@@ -44,7 +44,7 @@ export function robotRows(scene: Scene, between: Between, place: number, robot: 
   return rows;
 }
 
-// What to type to hold it there and then, line by line; nothing of a real robot.
+// The command that holds it there and then, line by line; empty for a real robot.
 export function holding(scene: Scene, robot: number, timeS: number): string {
   if (!scene.emulated || timeS < 0) return "";
   return `kilotwin debug ${scene.folder} --robot ${uidOf(scene, robot)} --at ${timeS.toFixed(2)}`;

@@ -25,7 +25,7 @@ export interface Source {
   robot(run: number, robot: number): Promise<RobotAnswer>;
   module(run: number, module: [number, number]): Promise<ModuleAnswer>;
   reports(run: number, timeS: number): Promise<Report[]>;
-  // What cells show at a time that are not dark, if it was recorded.
+  // Cells that are not dark at a time, if they were recorded.
   cells(run: number, timeS: number): Promise<Lit[]>;
   // Frames that robots received, if they were recorded: those that began between two times.
   frames(run: number, fromS: number, toS: number): Promise<Passage[]>;

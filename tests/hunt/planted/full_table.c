@@ -1,4 +1,4 @@
-// A table that is full: whoever looks for a place in it never comes back.
+// A table that is full: a search for a place in it never comes back.
 #include <kilolib.h>
 
 #define PLACES 2

@@ -1,4 +1,4 @@
-// A message that is rewritten while it is on air: one half of it is old, and nobody takes it.
+// A message that is rewritten while it is on air: one half of it is old, and no robot takes it.
 #include <kilolib.h>
 
 static message_t out;

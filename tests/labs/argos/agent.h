@@ -1,5 +1,5 @@
-/* What a project for the ARGoS simulator keeps beside its behaviours: the struct of its debug info,
- * of which no simulator is here to read it. */
+/* The struct of debug info that a project for the ARGoS simulator keeps beside its behaviours. No
+ * simulator is here to read it. */
 #ifdef __cplusplus
 extern "C" {
 #endif

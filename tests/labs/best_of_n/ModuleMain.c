@@ -96,7 +96,7 @@ void loop() {
         IR_message_tx[cell_it].data[2] = cell_option[cell_it];
         IR_message_tx[cell_it].data[3] = cell_role[cell_it];
         set_IR_message(&IR_message_tx[cell_it], cell_id[cell_it]);
-        // What came from each of four modules.
+        // Brightness shows the frames that came from each of four modules.
         set_LED_with_brightness(cell_id[cell_it], told_option, received[cell_it]);
     }
     if (module_ticks >= next_tick) {

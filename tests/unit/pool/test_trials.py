@@ -57,7 +57,7 @@ def trials(file: Path) -> Iterator[Trials]:
 
 
 def of_world(file: Path, **settings: Any) -> list[float]:
-    """What a world shows at its end."""
+    """The end of a world as it shows."""
     with World(file, set=[f"{key}={value}" for key, value in settings.items()]) as world:
         world.run(8)
         return [world.metrics[name] or np.nan for name in ("spread", "apart")]

@@ -422,7 +422,7 @@ INLINE uint8_t series(floats_t *s, const uint8_t *flash, const series_sites_t *a
     return 1;
 }
 
-// What that leaves below the stack pointer.
+// Bytes that it leaves below the stack pointer.
 static void leave_series(uint8_t *data, uint16_t sp, const uint16_t *sites,
                          const series_sites_t *at) {
     static const uint8_t PUSHED[SERIES_PUSHES] = {29, 28, 17, 16, 15, 14, 13};

@@ -112,7 +112,7 @@ def engine_spec(
 
 
 def lives_through_on_s(experiment: Experiment) -> bool:
-    """Whether robots wait for `swarm.on_s`: chips do, of which nobody knows where kilo_ticks is."""
+    """Whether robots wait for `swarm.on_s`: chips do, whose kilo_ticks lie at an unknown place."""
     return any(group.on_board for group in experiment.groups)
 
 

@@ -74,11 +74,11 @@ class Gimple:
     values: dict[Name, Value] = field(default_factory=dict)
     comparisons: list[Comparison] = field(default_factory=list)
     returned: dict[str, list[Name]] = field(default_factory=dict)
-    """What a function gives back, by its name."""
+    """Results of functions, by their name."""
     stored: dict[str, list[Name]] = field(default_factory=dict)
-    """What a variable gets, by its name."""
+    """Values that variables get, by their name."""
     passed: dict[str, list[tuple[Name, ...]]] = field(default_factory=dict)
-    """What a function is called with, by its name."""
+    """Arguments of calls, by the function's name."""
     parameters: dict[str, list[str]] = field(default_factory=dict)
 
     def sources_of(self, name: Name) -> Value | None:

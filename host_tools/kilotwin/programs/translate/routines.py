@@ -57,10 +57,10 @@ class Routine:
 
     name: str
     sites: tuple[int, ...]
-    """Of each call and jump, in the digest's order: the word address behind it, and _LONG if it
+    """For each call and jump, in the digest's order: the word address behind it, and _LONG if it
     takes a cycle more than the short one."""
     addresses: frozenset[int]
-    """Of its instructions."""
+    """Addresses of its instructions."""
     pushed: frozenset[int]
     """Registers that it pushes."""
 
@@ -104,7 +104,7 @@ def shape_of(
     instructions: Mapping[int, Instruction],
     skipped_to: Callable[[Instruction], int],
 ) -> Shape | None:
-    """What a routine at an address is known by; None if it is too long or leads beyond code."""
+    """The shape of the routine at an address; None if it is too long or leads beyond code."""
     order: dict[int, Instruction] = {}
     open_ends = deque([begin])
     while open_ends:
@@ -122,7 +122,7 @@ def shape_of(
     digest = hashlib.sha256()
     for one in order.values():
         led_to = [numbers[at] for at in _targets(one, skipped_to)]
-        # What comes next is not always the next one of this order.
+        # The next instruction is not always the next one of this order.
         name = _SHORT.get(one.name, one.name)
         behind = -1 if name in _ENDS else numbers[one.end]
         digest.update(repr((name, one.d, one.r, one.k, led_to, behind)).encode())

@@ -184,7 +184,7 @@ class GdbServer:
         return stop
 
     def _step(self, way: "Callable[..., Stop]") -> Stop:
-        """Of this robot alone: any other's instructions are no step of it."""
+        """Steps this robot alone: any other's instructions are no step of it."""
         self._chip = None
         return way(self._wanted, step=True)
 
@@ -267,7 +267,7 @@ class GdbServer:
             self._flash[elf] = _emulator.flash_image(str(elf))[0]
         return self._flash[elf]
 
-    # What gdb has no words for.
+    # Orders that gdb has no words for.
 
     def _monitor(self, text: str) -> str:
         word, _, rest = text.strip().partition(" ")

@@ -32,11 +32,11 @@ NOTHING: Message = {
     "only_notes": False,
     "until": None,
 }
-"""What is wanted of robots that are held (emulator/robots/translated/debugging.h)."""
+"""No cause to stop for robots that are held (emulator/robots/translated/debugging.h)."""
 
 
 class HeldWorld(Companion):
-    """Of a run that is led. It begins with a `stand`."""
+    """The companion of a run that is led. It begins with a `stand`."""
 
     def __init__(self, simulation: Simulation, links: Sequence[Link]) -> None:
         self._simulation = simulation

@@ -15,7 +15,7 @@ GONE = "the world's process has ended"
 
 
 class GoneError(RunError):
-    """The process at the other end has ended, or says what nobody understands."""
+    """The process at the other end has ended, or sends what is no message."""
 
 
 class Link:
@@ -30,7 +30,7 @@ class Link:
         return self._end.fileno()
 
     def send(self, message: Message) -> None:
-        """Sends it whole; GoneError if nobody is there."""
+        """Sends it whole; GoneError if the other end is closed."""
         left = memoryview(json.dumps(message).encode() + b"\n")
         try:
             while left:

@@ -56,8 +56,8 @@ class Place:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What the run is to stop at, beside the next instruction if it is only to step. `watches`:
-    addresses in data space, and bytes. `colour`: an LED byte that the LED becomes."""
+    """Causes for which the run is to stop, beside the next instruction if it is only to step.
+    `watches`: addresses in data space, and bytes. `colour`: an LED byte that the LED becomes."""
 
     breakpoints: frozenset[int] = frozenset()
     watches: tuple[tuple[int, int], ...] = ()
@@ -365,7 +365,7 @@ class Travel:
         return True
 
     def _await(self, world: _World, *, asks: bool = False) -> Message:
-        """What it says when it stands; checkpoints that it makes on the way are taken in. `asks`:
+        """Its message when it stands; checkpoints that it makes on the way are taken in. `asks`:
         whether it is to stand before, each moment."""
         while True:
             message = self._receive(world, asks=asks)
@@ -459,7 +459,7 @@ def _kill(process: int) -> None:
 
 
 def _is_gone(process: int) -> bool:
-    """Whether it has ended, be it that nobody has asked how."""
+    """Whether it has ended, be it that its status was not read yet."""
     with contextlib.suppress(OSError, IndexError):
         return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] == "Z"
     return True

@@ -75,15 +75,15 @@ def _be_world(
     job: Job, held: Sequence[Held], links: Sequence[Link], log: IO[str], parent: int
 ) -> NoReturn:
     code = 1
-    # What the leader has open is closed here; to finalise an object of its that knows of a file
-    # would end this process.
+    # The leader's files are closed here: to finalise an object of its that knows of one would end
+    # this process.
     gc.freeze()
     try:
         os.setpgid(0, 0)
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_DFL)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for forks of forks
+        signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # no process waits for forks of forks
         _emulator.end_with_parent(parent)
         with Path(os.devnull).open("rb") as nothing:
             os.dup2(nothing.fileno(), 0)

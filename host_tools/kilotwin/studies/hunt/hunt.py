@@ -20,7 +20,7 @@ from kilotwin.studies.hunt.variation import Base, Variation
 
 @dataclass(frozen=True)
 class Quarry:
-    """What is hunted: the tables with what is looked for in each trial, and the experiment."""
+    """The hunted: the tables with what is looked for in each trial, and the experiment."""
 
     base: Base
     experiment: Experiment

@@ -29,7 +29,7 @@ Move = Callable[[random.Random, Variation], Variation]
 
 @dataclass(frozen=True)
 class Ground:
-    """What moves know of the experiment: numbers of robots and lamps, the arena's box (left,
+    """Facts of the experiment for moves: numbers of robots and lamps, the arena's box (left,
     bottom, right, top) in metres, whether a robot may stand at x, y in it, and poses, where all
     robots have them."""
 

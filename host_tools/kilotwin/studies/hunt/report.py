@@ -55,7 +55,7 @@ def _reached(search: Search) -> str:
 
 
 def text(search: Search, experiment: Path) -> str:
-    """What was tried and found, and what to type next."""
+    """Lists what was tried and found, and what to type next."""
     state = search.state
     told = sorted(state.moves.items(), key=lambda one: (-one[1], one[0]))
     varied = ", ".join(f"{name} {number}" for name, number in told)

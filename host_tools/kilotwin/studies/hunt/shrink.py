@@ -23,8 +23,8 @@ _MOST_ROUNDS = 6
 
 @dataclass(frozen=True)
 class Whole:
-    """What the experiment has: robots, seconds, the poses with which they began in the run that
-    failed, and values of keys that take chance out of it."""
+    """The experiment before it is shrunk: robots, seconds, the poses with which they began in the
+    run that failed, and values of keys that take chance out of it."""
 
     size: int
     duration_s: float

@@ -54,7 +54,7 @@ class Fault:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a trial. `refused`: there is no such experiment, or it took too long, so that
+    """The outcome of a trial. `refused`: there is no such experiment, or it took too long, so that
     nothing is known. `reached`: features of code and states, for guidance. `starts`: poses with
     which robots began."""
 
@@ -70,7 +70,7 @@ class Outcome:
 
 
 class Findings(Seen):
-    """What is seen of a trial, with the changes of LEDs; its marks are its own, though trials share
+    """Looks at a trial, with the changes of LEDs; its marks are its own, though trials share
     a process."""
 
     def writer(self, experiment: Experiment) -> Looks:
@@ -179,7 +179,7 @@ class Laboratory:
 
 
 def outcome_of(experiment: Experiment, ran: Ran, tier: Tier) -> Outcome:
-    """What a run says of the properties. On the sanitized tier crashes and undefined behaviour
+    """Judges the properties by a run. On the sanitized tier crashes and undefined behaviour
     count alone: what robots decide there is not what they decide on the chip."""
     if ran.trouble and (ran.timed_out or _was_refused(ran)):
         return Outcome(refused=ran.trouble)

@@ -45,7 +45,7 @@ class Addition:
 
 @dataclass(frozen=True)
 class Variation:
-    """What differs from the experiment as it is; None or () of a key: as there.
+    """Differences from the experiment as it is; None or () of a key: as there.
 
     `robots`: indices of those that take part, ascending. `uids`, `poses`: of each robot of the
     experiment, by index.

@@ -147,7 +147,7 @@ def _once(act: Callable[[], None]) -> Callable[[], None]:
 
 
 def _told(task: Task[T], said: bytes) -> tuple[Answer[T], bool]:
-    """What the fork said of a trial, which a program may have written; and whether it goes on."""
+    """The fork's answer of a trial, which a program may have written; and whether it goes on."""
     head, _, outcome = said.partition(b"\n")
     try:
         told = json.loads(head)

@@ -52,7 +52,7 @@ class Trials:
         trial_timeout_s: float | None = None,
         **keys: Any,
     ) -> None:
-        """Of an experiment file, or of `keys`, as `World` takes them; then `duration_s` is one.
+        """Takes an experiment file, or `keys`, as `World` takes them; then `duration_s` is one.
 
         `metrics`: names of its [metric]s, `not_resting` or `resting_SITE`; all its [metric]s if
         left out. `workers`: how many trials run at a time, 1 or more; one per core if left out.

@@ -48,7 +48,7 @@ class Ran:
 
 
 class Seen(Outcome[Looks, Ran]):
-    """What is seen of a run whose programs may fail."""
+    """Looks at a run whose programs may fail."""
 
     def writer(self, experiment: Experiment) -> Looks:
         """Looks at what is expected."""

@@ -36,7 +36,7 @@ _MOST_DEEP = 1000
 
 
 class Code(Protocol):
-    """What is known of the programs of robots."""
+    """Facts of the programs of robots."""
 
     def is_watched(self, robot: int) -> bool:
         """Whether its code tells what it stores."""
@@ -56,7 +56,7 @@ class Code(Protocol):
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked about: the last change up to a moment of `what` of a robot, or of a variable
+    """A question about the last change up to a moment of `what` of a robot, or of a variable
     from `address` on, of so many bytes."""
 
     robot: int
@@ -214,7 +214,7 @@ class _Chain:
         self._follow_heard(step, change.before_s)
 
     def _cause(self, change: Change) -> tuple[Cause, Change | None]:
-        """What made a change outside of callbacks: a callback's change, or a first cause."""
+        """The cause of a change outside of callbacks: a callback's change, or a first cause."""
         code, robot = self._code, change.robot
         steps = [
             step
@@ -255,7 +255,7 @@ class _Chain:
         self._follow_message(message)
 
     def _follow_message(self, message: Message) -> None:
-        """What the sender's code made it of."""
+        """Follows a message to what the sender's code made it of."""
         sender = message.sender
         if sender.kind == Kind.CELL:
             self._follow_cell(message)
@@ -299,7 +299,7 @@ class _Chain:
         self._follow_change(last, "message", bytes(was), bytes(now), first - begin)
 
     def _had_before(self, message: Message) -> bytes:
-        """What the receiver had from that sender last that was not the same; b"": nothing."""
+        """The last other bytes that the receiver had from that sender before; b"": none."""
         before = self._facts.messages_to(message.receiver, NEVER_S, message.begin_s)
         others = [
             it.data for it in before if it.sender == message.sender and it.data != message.data

@@ -19,7 +19,7 @@ Path = tuple[int, ...]
 
 
 class Kind(IntEnum):
-    """Who sends or receives, as Trail::Kind of the engine."""
+    """Senders and receivers, as Trail::Kind of the engine."""
 
     ROBOT = 0
     CELL = 1
@@ -154,7 +154,7 @@ class Facts:
         return [_message(row) for row in rows[wanted]]
 
     def messages_of(self, sender: Station, until_s: float) -> list[Message]:
-        """Those of one sender that began up to a moment, whoever received them, in order of
+        """Those of one sender that began up to a moment, received by any station, in order of
         time."""
         rows = self._arrivals
         wanted = (

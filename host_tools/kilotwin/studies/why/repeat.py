@@ -28,7 +28,7 @@ _WHATS = {LED: What.LED, MOTORS: What.MOTORS}
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked: of the robot with that uid, about its last change of `what` up to `at_s`:
+    """A question: of the robot with that uid, about its last change of `what` up to `at_s`:
     led, motors or a variable; over `depth` messages at most."""
 
     robot: int
