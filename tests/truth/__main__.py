@@ -72,20 +72,10 @@ def run_and_compare(
     folder = RUNS / name
     run = " ".join(["kilotwin run", path, *settings, f"--out {folder}"])
     compare = f"python -m tests.truth.against {reference} {folder} --json"
-    read = {
-        **{"kilogrid-walk": walk, "kilogrid-uplink": uplink},
-        **{"spacing": spacing, "real": real},
-    }[reference]
+    read = {"kilogrid-uplink": uplink, "spacing": spacing, "real": real}[reference]
     return Comparison(
         name, against, (run, compare), bound, lambda text: read(json.loads(text.splitlines()[-1]))
     )
-
-
-def walk(found: Any) -> Found:
-    off = max((row["emulated"]["rms"] / row["real"]["rms"] - 1 for row in found["rows"]), key=abs)
-    spread = found["robot_sd_cm"]
-    figure = f"rms displacement off by {100 * off:+.0f} % at worst, spread {spread:.2f} cm"
-    return Found(figure, found["within_bounds"])
 
 
 def uplink(found: Any) -> Found:
@@ -118,13 +108,6 @@ COMPARISONS = (
     proof("chips-translated", "chips interpreted", "tests/translation/test_programs.py"),
     proof("robots-translated", "chip", "tests/translation/test_guests.py"),
     proof("robots-native", "chip", "tests/conformance"),
-    run_and_compare(
-        "walk",
-        "walks of real robots",
-        "experiments/kilogrid/random-walk-100.toml",
-        "kilogrid-walk",
-        "10 % at each lag, spread 1.1 to 1.5 cm +- 25 %",
-    ),
     run_and_compare(
         "uplink",
         "a real Kilogrid",

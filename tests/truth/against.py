@@ -1,10 +1,9 @@
 """One run or sweep against what others measured: `python -m tests.truth.against REFERENCE FOLDER`.
 
 References: `paper`, a sweep against the paper's claims; `update-time`, one against those of the
-paper on the update time; `kilogrid-walk`, walks of real robots;
-`kilogrid-uplink`, a real Kilogrid; `spacing`, real robots 5 cm apart; `real`, logs of collective
-perception, those whose figures the project carries or three and more of your own (.kilodat or
-.kilodat.xz). Exits 1 outside the bounds.
+paper on the update time; `kilogrid-uplink`, a real Kilogrid; `spacing`, real robots 5 cm apart;
+`real`, logs of collective perception, those whose figures the project carries or three and more of
+your own (.kilodat or .kilodat.xz). Exits 1 outside the bounds.
 """
 
 import argparse
@@ -17,7 +16,7 @@ from typing import Any
 from kilotwin.commands import steps
 from kilotwin.errors import KilotwinError
 
-from . import findings, kilogrid_uplink, kilogrid_walk, paper, real_runs, spacing, update_time
+from . import findings, kilogrid_uplink, paper, real_runs, spacing, update_time
 
 Found = tuple[dict[str, Any], str, bool]
 """The --json object, the text, and whether it is within the bounds."""
@@ -43,7 +42,6 @@ def with_robots(reference: Any, *given: Any) -> Found:
 REFERENCES: dict[str, Callable[[Path, list[str], list[Path]], Found]] = {
     "paper": lambda folder, where, _: with_claims(paper.check, folder, where),
     "update-time": lambda folder, where, _: with_claims(update_time.check, folder, where),
-    "kilogrid-walk": lambda folder, *_: with_robots(kilogrid_walk, folder),
     "kilogrid-uplink": lambda folder, *_: with_robots(kilogrid_uplink, folder),
     "spacing": lambda folder, *_: with_robots(spacing, folder),
     "real": lambda folder, _, logs: with_robots(real_runs, folder, logs),

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from tests.truth import kilogrid_walk
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
@@ -127,12 +126,6 @@ def test_who_needs_a_column_that_was_left_out_says_which(load: Load, tmp_path: P
     recorded(tmp_path / "none", load(SMALL, "record.robots_count=0"))
     with pytest.raises(InputError, match=r"\[record\] chose no robots"):
         write_figure("map", tmp_path / "none", tmp_path / "map.png")
-    table = SMALL.replace("diameter_m = 4.0", 'shape = "rectangle"\nwidth_m = 4\nheight_m = 4', 1)
-    for setting in ("record.robots_s=5", "record.robots_share=0.5"):
-        folder = tmp_path / setting
-        recorded(folder, load(table, "record.sample_s=1", setting))
-        with pytest.raises(InputError, match=r"\[record\] left out robots"):
-            kilogrid_walk.compare(folder)
 
 
 def test_figures_of_states_and_the_map_take_runs_with_part_of_the_robots(
