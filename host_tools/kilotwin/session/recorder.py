@@ -172,7 +172,8 @@ class Recorder(Companion, Generic[WriterT]):
 
 
 class Listener(Companion):
-    """Writes down what programs of some robots get in the first seconds, and reports it once."""
+    """Writes down what programs of some robots get in the first seconds from RUN on, and reports it
+    once. A grid's lead has messages too, which a robot by itself gets before its RUN."""
 
     def __init__(
         self, world: EmulatedWorld, robots: Iterable[int], for_s: float, report: Report
@@ -198,7 +199,11 @@ class Listener(Companion):
             return
         simulation = self._world.simulation
         heard = {
-            robot: [(tick, message.hex(), mm) for tick, message, mm in simulation.heard_by(robot)]
+            robot: [
+                (tick, message.hex(), mm)
+                for tick, message, mm in simulation.heard_by(robot)
+                if tick >= 0
+            ]
             for robot in self._robots
         }
         simulation.listen_to([])
