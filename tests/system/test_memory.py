@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ..conftest import Kilotwin
+from .conftest import Kilotwin
 
 PER_M2 = 31.8
 WALKERS = """\
@@ -28,7 +28,7 @@ sample_s = 100.0
 """
 
 
-@pytest.mark.parametrize(("medium", "most"), [("kilobot", 1700), ("ideal", 1700)])
+@pytest.mark.parametrize(("medium", "most"), [("kilobot", 1820), ("ideal", 1790)])
 def test_a_native_walker_takes_so_many_bytes_once_all_have_waited(
     kilotwin: Kilotwin, tmp_path: Path, medium: str, most: int
 ) -> None:
