@@ -88,7 +88,7 @@ double Grid::range_m(uint32_t robot, Cycles at) const {
     return weak ? infrared_.weak_range_m : infrared_.robot_range_m;
 }
 
-void Grid::look_around(Cycles until, double way_m, const std::vector<Eigen::Vector2d> &positions) {
+void Grid::look_around(Cycles until, double way_m, std::span<const Eigen::Vector2d> positions) {
     const double farthest =
         std::max({infrared_.cell_range_m, infrared_.robot_range_m, infrared_.weak_range_m});
     lists_until_ = until;

@@ -17,6 +17,7 @@
 #include <Eigen/Core>
 #include <deque>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -114,7 +115,7 @@ class Grid final : private ModuleNodes {
 
     /// Finds the robots near each cell, from where they are now, m. Until `until` none moves
     /// farther than `way_m`; then this has to be called again. Time O(robots + cells).
-    void look_around(Cycles until, double way_m, const std::vector<Eigen::Vector2d> &positions);
+    void look_around(Cycles until, double way_m, std::span<const Eigen::Vector2d> positions);
 
     /// Robots that may come within any range of `cell` before the next look_around(), ascending.
     const std::vector<uint32_t> &robots_near(uint32_t cell) const { return robots_near_[cell]; }

@@ -166,8 +166,7 @@ class Channel {
     ChannelContext context_;
     std::vector<Stations *> others_;  ///< kinds that execute by themselves
     bool has_lookahead_ = true;       ///< all of these have
-    std::vector<Cycles>
-        next_begin_;            ///< by robot: the earliest moment at which it may begin a frame
+    Swarm<Cycles> next_begin_;  ///< by robot: the earliest moment at which it may begin a frame
     Cycles now_ = 0, end_ = 0;  ///< of the current step
     ChannelCounts counts_;
 };

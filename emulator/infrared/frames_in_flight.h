@@ -118,9 +118,9 @@ class FramesInFlight {
 
   private:
     Swarm<Station> stations_;
-    std::vector<CheckedMessage> messages_;  ///< by station
-    std::vector<Frame> frames_;   ///< but for the free ones on air: few, so they stay cached
-    std::vector<uint32_t> free_;  ///< indices of frames_ to be used again
+    Swarm<CheckedMessage> messages_;  ///< by station
+    std::vector<Frame> frames_;       ///< but for the free ones on air: few, so they stay cached
+    std::vector<uint32_t> free_;      ///< indices of frames_ to be used again
 };
 
 }  // namespace kilotwin

@@ -234,10 +234,10 @@ void GuestRobots::plan_frames(uint32_t index) {
         if (station.planned++ == 0) channel_.next_begin(index) = emission.at;
         const Cycles next =
             i + 1 < emissions.size() ? emissions[i + 1].at : next_request(context_.robots[index]);
-        auto &planned = planned_at(emission.at);
         if (emission.at < channel_.end())
-            schedule({emission.at, What::BEGIN, static_cast<uint32_t>(planned.size())});
-        PlannedFrame &frame = planned.emplace_back();  // filled where it stands
+            schedule(
+                {emission.at, What::BEGIN, static_cast<uint32_t>(planned_at(emission.at).size())});
+        PlannedFrame &frame = planned_.add(emission.at, context_.step);
         frame.emission = emission;
         frame.next = next;
     }

@@ -95,7 +95,7 @@ void IdealChannel::plan_frames(uint32_t robot) {
     // Filled where they stand: a copy of a frame that was just written would wait for its parts.
     for (size_t i = 0; i < emissions.size(); i++) {
         const Cycles next = i + 1 < emissions.size() ? emissions[i + 1].at : sender.next_request;
-        PlannedFrame &planned = frames_.at(emissions[i].at, context_.step).emplace_back();
+        PlannedFrame &planned = frames_.add(emissions[i].at, context_.step);
         planned.emission = emissions[i];
         planned.next = next;
         sender.planned++;
@@ -197,10 +197,15 @@ void IdealChannel::prefetch_after(const std::vector<PlannedFrame> &frames, size_
     const uint32_t latest = sender(LATEST), later = sender(LATER);
     const Neighbours &lists = context_.bodies.lists();
     prefetch_line(&senders_[latest]);
+    prefetch_line(&frames_of_[latest]);
+    robots[latest].prefetch_life();
     prefetch_next_begin(latest);
     lists.prefetch_place(latest);
     lists.prefetch(later);
-    for (uint32_t other : lists.of(sender(SOONER))) robots[other].prefetch_receiver();
+    for (uint32_t other : lists.of(sender(SOONER))) {
+        robots[other].prefetch_receiver();
+        prefetch_line(&frames_of_[other]);
+    }
 }
 
 }  // namespace kilotwin

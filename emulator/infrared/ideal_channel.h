@@ -45,7 +45,9 @@ class IdealChannel final : public Channel {
     /// Other stations are executed through the step; then its frames, in order of time, reach their
     /// receivers. Time O(frames log frames + receivers).
     void end_step() override;
-    std::vector<FrameCounts> frames() const override { return frames_of_; }
+    std::vector<FrameCounts> frames() const override {
+        return {frames_of_.begin(), frames_of_.end()};
+    }
 
     // --- For cells of a grid, beside this channel ---
 
@@ -83,12 +85,12 @@ class IdealChannel final : public Channel {
     bool receivers_hold(uint32_t robot) const;
 
     double range_m_;
-    Swarm<Sender> senders_;               ///< by robot
-    std::vector<FrameCounts> frames_of_;  ///< by robot; a frame counts when it begins
-    ReceiversInRange in_range_;           ///< finds and keeps receivers
-    PlannedFrames frames_;                ///< sent, not yet received
-    StepSorter<PlannedFrame> sorter_;     ///< of the frames of a step
-    std::deque<FromAbove> from_above_;    ///< frames that end later, in order of time
+    Swarm<Sender> senders_;             ///< by robot
+    Swarm<FrameCounts> frames_of_;      ///< by robot; a frame counts when it begins
+    ReceiversInRange in_range_;         ///< finds and keeps receivers
+    PlannedFrames frames_;              ///< sent, not yet received
+    StepSorter<PlannedFrame> sorter_;   ///< of the frames of a step
+    std::deque<FromAbove> from_above_;  ///< frames that end later, in order of time
 };
 
 }  // namespace kilotwin

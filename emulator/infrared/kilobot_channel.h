@@ -164,10 +164,10 @@ class KilobotChannel final : public Channel {
     std::vector<Stations *> kinds_;  ///< by FramesInFlight::Station::kind
     GuestRobots guests_;
     LightFromAbove above_;
-    std::vector<float> ranges_m_;  ///< of robots
-    Ends window_ends_;             ///< of attempts whose carrier sense is not over
-    Ends frame_ends_;              ///< of frames that go on to their end
-    Cycles limit_ = 0;             ///< of the current step
+    Swarm<float> ranges_m_;  ///< of robots
+    Ends window_ends_;       ///< of attempts whose carrier sense is not over
+    Ends frame_ends_;        ///< of frames that go on to their end
+    Cycles limit_ = 0;       ///< of the current step
 };
 
 }  // namespace kilotwin

@@ -100,7 +100,7 @@ class RobotReceiver {
     const Chance &chance_;
     NormalPairs pairs_;
     const Swarm<Robot> &robots_;
-    std::vector<Receiver> receivers_;  ///< by robot
+    Swarm<Receiver> receivers_;  ///< by robot
 };
 
 }  // namespace kilotwin

@@ -56,8 +56,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       is_touching_(poses.size(), false),
       next_contact_(poses.size(), NEVER),
       commands_(poses.size()),
-      candidates_(poses.size()),
-      free_motions_(poses.size()) {
+      candidates_(poses.size()) {
     trajectories_.reserve(poses.size());
     places_.reserve(poses.size());
     for (const Pose &pose : poses) {
@@ -148,6 +147,7 @@ void Bodies::step() {
     find_contacts();
     update_contacts();
     step_contacts();
+    free_motions_.clear();
     before_.clear();
     now_ += step_;
     place_all();
@@ -157,7 +157,7 @@ void Bodies::place_all() {
     constexpr size_t SOON = 4;
     choose(changing_, size(), [this](uint32_t robot) { return next_change_[robot] < now_; });
     for (size_t i = 0; i < changing_.size(); i++) {
-        if (prefetches(size()) && i + SOON < changing_.size()) prefetch(changing_[i + SOON]);
+        if (prefetches(size()) && i + SOON < changing_.size()) prefetch_motors(changing_[i + SOON]);
         apply_commands(changing_[i], now_);
     }
     for (uint32_t robot = 0; robot < size(); robot++)
@@ -191,21 +191,24 @@ void Bodies::apply_commands(uint32_t robot, Cycles until) {
 
 /// Whether commands of this step took effect already: its trajectory is that of the step's end.
 bool Bodies::has_changed(uint32_t robot) const {
-    const uint32_t slot = free_motions_[robot].before_slot;
-    return slot < before_.size() && before_[slot].robot == robot;
+    return has_free_motion(robot) &&
+           free_motions_[candidates_[robot].free_slot].before_slot != UINT32_MAX;
 }
 
 /// The trajectory of a robot when this step began.
 const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
     const bool changed = has_changed(robot);
-    return changed ? before_[free_motions_[robot].before_slot].trajectory : trajectories_[robot];
+    if (!changed) return trajectories_[robot];
+    return before_[free_motions_[candidates_[robot].free_slot].before_slot].trajectory;
 }
 
 /// Finds where a robot would go within this step. Commands within it take effect.
-void Bodies::find_free_motion(uint32_t robot, FreeMotion &free) {
+void Bodies::find_free_motion(uint32_t robot) {
+    candidates_[robot].free_slot = static_cast<uint32_t>(free_motions_.size());
+    FreeMotion &free = free_motions_.emplace_back();
     const Trajectory &trajectory = trajectories_[robot];
     const Cycles end = now_ + step_;
-    free.at = now_;
+    free.robot = robot;
     free.heading = trajectory.heading(now_);
     if (next_change_[robot] < end) {
         free.before_slot = static_cast<uint32_t>(before_.size());
@@ -217,7 +220,7 @@ void Bodies::find_free_motion(uint32_t robot, FreeMotion &free) {
 }
 
 void Bodies::find_candidates(uint32_t robot) {
-    auto &[until, robots] = candidates_[robot];
+    auto &[until, robots, free_slot] = candidates_[robot];
     const auto list = lists_.of(robot);
     robots.resize(list.size());
     const Eigen::Vector2d here = position(robot);
@@ -242,9 +245,8 @@ void Bodies::prefetch_ahead(size_t i) const {
     constexpr size_t LATER = 4, LATEST = 6;
     if (!prefetches(size()) || i + LATEST >= near_contact_.size()) return;
     const uint32_t latest = near_contact_[i + LATEST];
-    prefetch(latest);
+    prefetch_motors(latest);
     prefetch_line(&candidates_[latest]);
-    prefetch_line(&free_motions_[latest]);
     lists_.prefetch_place(latest);
     lists_.prefetch(near_contact_[i + LATER]);
 }
@@ -440,7 +442,7 @@ void Bodies::find_body_pairs() {
     for (const auto &[one, other, distance_m] : pairs_)
         if (distance_m - 2 * radius_m_ <= most_m)
             body_pairs_.push_back(
-                {free_motions_[one].body_slot, free_motions_[other].body_slot, distance_m});
+                {free_motion(one).body_slot, free_motion(other).body_slot, distance_m});
 }
 
 void Bodies::find_wall_contacts(ContactBody &body) const {

@@ -66,11 +66,10 @@ class Bodies {
     /// Multiplies the speeds of a robot's motors for good, from now on.
     void scale_motors(uint32_t robot, double left, double right);
 
-    /// Prefetches what command() needs of a robot: three lines.
+    /// Prefetches what command() needs of a robot: two lines.
     void prefetch(uint32_t robot) const {
         prefetch_line(&trajectories_[robot]);
         prefetch_line(&commands_[robot]);
-        chassis_.prefetch(robot);
     }
 
     /// Prefetches what position() needs.
@@ -88,7 +87,7 @@ class Bodies {
     const Eigen::Vector2d &position(uint32_t robot) const { return places_[robot]; }
 
     /// Centres of all robots, by index.
-    const std::vector<Eigen::Vector2d> &positions() const { return places_; }
+    const Swarm<Eigen::Vector2d> &positions() const { return places_; }
 
     /// Position and heading. Evaluates the trajectory.
     Pose pose(uint32_t robot) const { return trajectories_[robot].pose(now_); }
@@ -136,13 +135,14 @@ class Bodies {
     const Overlaps &overlaps() const { return overlaps_; }
 
   private:
-    /// Where a robot would go within a step if nothing touched it.
+    /// Where a robot would go within a step if nothing touched it: of those near a contact, so that
+    /// all of a step lie side by side.
     struct alignas(64) FreeMotion {
         Shift shift;
-        double heading = 0;        ///< when the step begins
-        Cycles at = NEVER;         ///< begin of the step that this is of
-        uint32_t before_slot = 0;  ///< position in before_, if it is there
-        uint32_t body_slot = 0;    ///< position in contact_bodies_, if it is there
+        double heading = 0;  ///< when the step begins
+        uint32_t robot = 0;
+        uint32_t before_slot = UINT32_MAX;  ///< position in before_, if it is there
+        uint32_t body_slot = 0;             ///< position in contact_bodies_, if it is there
     };
 
     /// Motor commands that have not taken effect: list[next] and later.
@@ -156,6 +156,7 @@ class Bodies {
     struct alignas(64) Candidates {
         Cycles until = 0;
         RobotList robots;
+        uint32_t free_slot = 0;  ///< position of its own in free_motions_, if that is there
     };
     /// Two robots that may touch within the step; one < other.
     struct Pair {
@@ -175,17 +176,26 @@ class Bodies {
         Trajectory trajectory;
     };
 
+    /// What apply_commands() needs of a robot.
+    void prefetch_motors(uint32_t robot) const {
+        prefetch(robot);
+        chassis_.prefetch(robot);
+    }
     void place_all();  ///< positions of all robots at the end of the step
     void apply_commands(uint32_t robot, Cycles until);
     bool has_changed(uint32_t robot) const;
     const Trajectory &trajectory_before(uint32_t robot) const;
-    FreeMotion &free_motion(uint32_t robot) {
-        FreeMotion &free = free_motions_[robot];
-        if (free.at != now_) find_free_motion(robot, free);
-        return free;
+    bool has_free_motion(uint32_t robot) const {
+        const uint32_t slot = candidates_[robot].free_slot;
+        return slot < free_motions_.size() && free_motions_[slot].robot == robot;
     }
-    const Eigen::Vector2d &free_path(uint32_t robot) { return free_motion(robot).shift.by; }
-    void find_free_motion(uint32_t robot, FreeMotion &free);
+    /// Holds until the next robot's is found.
+    FreeMotion &free_motion(uint32_t robot) {
+        if (!has_free_motion(robot)) find_free_motion(robot);
+        return free_motions_[candidates_[robot].free_slot];
+    }
+    Eigen::Vector2d free_path(uint32_t robot) { return free_motion(robot).shift.by; }
+    void find_free_motion(uint32_t robot);
     double longest_free_m(uint32_t robot) const;
 
     // The broad phase: from all robots to touching_ and pairs_. Most robots cost a comparison with
@@ -239,24 +249,23 @@ class Bodies {
     std::vector<Object> objects_;
     Contacts contacts_;
     Neighbours lists_;
-    std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
-    Cycles lists_due_;                        ///< when to check the next time whether they hold
-    bool lists_stale_ = false;                ///< whatever robots' ways were: one was placed
+    Swarm<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
+    Cycles lists_due_;                  ///< when to check the next time whether they hold
+    bool lists_stale_ = false;          ///< whatever robots' ways were: one was placed
     Cycles lists_hold_until_;
     uint64_t list_rebuilds_ = 0;  ///< so far
 
     // By robot. Records that one loop needs together share a cache line.
     Swarm<Trajectory> trajectories_;
-    std::vector<Eigen::Vector2d> places_;  ///< when the current step begins
-    std::vector<Cycles> next_change_;      ///< of its drive
-    std::vector<double> speeds_;           ///< of its drive, m/s
-    std::vector<Cycles> still_since_;      ///< NEVER while it moves
-    std::vector<uint8_t> steps_apart_;     ///< held by contacts_: steps since it was in touching_
-    std::vector<uint8_t> is_touching_;     ///< whether it is in touching_
-    std::vector<Cycles> next_contact_;     ///< before this, nothing is near enough to touch
-    Swarm<Commands> commands_;             ///< by robot, those of this step and later
+    Swarm<Eigen::Vector2d> places_;     ///< when the current step begins
+    Swarm<Cycles> next_change_;         ///< of its drive
+    Swarm<double> speeds_;              ///< of its drive, m/s
+    Swarm<Cycles> still_since_;         ///< NEVER while it moves
+    std::vector<uint8_t> steps_apart_;  ///< held by contacts_: steps since it was in touching_
+    std::vector<uint8_t> is_touching_;  ///< whether it is in touching_
+    Swarm<Cycles> next_contact_;        ///< before this, nothing is near enough to touch
+    Swarm<Commands> commands_;          ///< by robot, those of this step and later
     Swarm<Candidates> candidates_;
-    Swarm<FreeMotion> free_motions_;
 
     // By object.
     std::vector<ObjectState> object_states_;
@@ -269,6 +278,7 @@ class Bodies {
     std::vector<uint32_t> changing_;      ///< robots whose drive changes
     std::vector<uint32_t> near_contact_;  ///< robots to be examined by the broad phase
     std::vector<uint32_t> touching_;      ///< robots that may touch something, ascending
+    std::vector<FreeMotion> free_motions_;
     std::vector<Before> before_;
     std::vector<Pair> pairs_;  ///< of touching_
     std::vector<uint32_t> pushed_;

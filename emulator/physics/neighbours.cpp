@@ -6,7 +6,7 @@
 
 namespace kilotwin {
 
-void Neighbours::rebuild(const std::vector<Eigen::Vector2d> &positions) {
+void Neighbours::rebuild(std::span<const Eigen::Vector2d> positions) {
     begin_.swap(old_begin_);
     ids_.swap(old_ids_);
     pairs_.clear();
@@ -19,7 +19,7 @@ void Neighbours::rebuild(const std::vector<Eigen::Vector2d> &positions) {
 }
 
 /// Sorts robots into square cells as wide as the lists reach.
-void Neighbours::sort_into_cells(const std::vector<Eigen::Vector2d> &positions) {
+void Neighbours::sort_into_cells(std::span<const Eigen::Vector2d> positions) {
     Eigen::Vector2d low = positions[0], high = positions[0];
     for (const auto &p : positions) {
         low = low.cwiseMin(p);
@@ -87,8 +87,12 @@ void Neighbours::list_pairs() {
         unsorted_[--begin_[pair.other]] = pair.one;
     }
     // Robots in the list of `i` have `i` in theirs: written in the order of `i`, they are sorted.
+    if (ids_.capacity() < unsorted_.size()) {  // with some room, and not twice as much
+        Swarm<uint32_t>().swap(ids_);
+        ids_.reserve(unsorted_.size() + unsorted_.size() / 8);
+    }
     ids_.resize(unsorted_.size());
-    next_ = begin_;
+    next_.assign(begin_.begin(), begin_.end());
     for (uint32_t i = 0; i + 1 < begin_.size(); i++)
         for (size_t k = begin_[i]; k < begin_[i + 1]; k++) ids_[next_[unsorted_[k]]++] = i;
 }

@@ -7,13 +7,15 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "base/memory.h"
 #include "base/prefetch.h"
 
 namespace kilotwin {
 
-/// Memory: about 50 bytes a robot and 32 a pair of robots in reach.
+/// Memory: about 40 bytes a robot and 32 a pair of robots in reach, of which there may be 2^31.
 class Neighbours {
   public:
     /// A list has all robots within `reach_m` + `skin_m` (m, above 0) at the time of rebuild().
@@ -21,7 +23,7 @@ class Neighbours {
 
     /// Makes all lists from the robots' positions, m. O(robots + pairs): robots are sorted into
     /// square cells as wide as the lists reach. Memory is kept for the next time.
-    void rebuild(const std::vector<Eigen::Vector2d> &positions);
+    void rebuild(std::span<const Eigen::Vector2d> positions);
 
     /// A view of one list. Valid until the next rebuild().
     struct List {
@@ -54,24 +56,23 @@ class Neighbours {
         uint32_t one, other;
     };
 
-    static List list(const std::vector<uint32_t> &ids, const std::vector<size_t> &begin,
-                     uint32_t robot) {
+    static List list(const Swarm<uint32_t> &ids, const Swarm<uint32_t> &begin, uint32_t robot) {
         return {ids.data() + begin[robot], ids.data() + begin[robot + 1]};
     }
 
     // The steps of rebuild(), in order.
-    void sort_into_cells(const std::vector<Eigen::Vector2d> &positions);
+    void sort_into_cells(std::span<const Eigen::Vector2d> positions);
     void find_pairs();
     /// Adds the pairs of the member at `place` with those from `begin` to `end`. Returns how many
     /// pairs there are then.
     size_t add_pairs(size_t place, size_t begin, size_t end, size_t found);
     void list_pairs();
 
-    double reach_m_, skin_m_;        ///< see the constructor
-    std::vector<size_t> begin_;      ///< by robot: where its list begins in ids_; and the end
-    std::vector<uint32_t> ids_;      ///< all lists
-    std::vector<size_t> old_begin_;  ///< of the lists before the last rebuild()
-    std::vector<uint32_t> old_ids_;
+    double reach_m_, skin_m_;    ///< see the constructor
+    Swarm<uint32_t> begin_;      ///< by robot: where its list begins in ids_; and the end
+    Swarm<uint32_t> ids_;        ///< all lists
+    Swarm<uint32_t> old_begin_;  ///< of the lists before the last rebuild()
+    Swarm<uint32_t> old_ids_;
 
     // While lists are made.
     size_t columns_ = 0;                   ///< of cells
@@ -81,7 +82,7 @@ class Neighbours {
     std::vector<Eigen::Vector2d> places_;  ///< positions of members_
     std::vector<Pair> pairs_;
     std::vector<uint32_t> unsorted_;  ///< lists in any order
-    std::vector<size_t> next_;        ///< by robot: where its list goes on
+    std::vector<uint32_t> next_;      ///< by robot: where its list goes on
 };
 
 }  // namespace kilotwin

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <mutex>
+#include <string_view>
+#include <unordered_set>
 
 namespace kilotwin {
 
@@ -49,21 +53,44 @@ int16_t converted(double value) {
 
 }  // namespace
 
+bool InfraredGains::Tables::operator==(const Tables &other) const {
+    return measured == other.measured && std::memcmp(&entries, &other.entries, sizeof entries) == 0;
+}
+
+size_t InfraredGains::Hash::operator()(const Tables &tables) const {
+    static_assert(sizeof tables.entries == sizeof(uint16_t) * 2 * GAIN_ENTRIES);
+    return std::hash<std::string_view>()(
+        {reinterpret_cast<const char *>(&tables.entries), sizeof tables.entries});
+}
+
+// Kept for each robot they would be a line of the cache more.
+const InfraredGains::Tables &InfraredGains::shared(const Tables &tables) {
+    static std::unordered_set<Tables, Hash> all;
+    static std::mutex guard;
+    const std::lock_guard<std::mutex> lock(guard);
+    return *all.insert(tables).first;
+}
+
+InfraredGains::InfraredGains(const gain_tables_t &measured) : tables_(&shared({measured, true})) {}
+
 InfraredGains::InfraredGains(double sensitivity) {
+    gain_tables_t entries;
     for (size_t i = 0; i < GAIN_ENTRIES; i++) {
         double low = signal(LOW_AT_CONTACT * sensitivity,
                             GAIN_CONTACT_MM + GAIN_SPACING_MM * static_cast<double>(i));
-        tables_.low[i] = static_cast<uint16_t>(converted(low));
-        tables_.high[i] = static_cast<uint16_t>(converted(low * HIGH_OVER_LOW));
+        entries.low[i] = static_cast<uint16_t>(converted(low));
+        entries.high[i] = static_cast<uint16_t>(converted(low * HIGH_OVER_LOW));
     }
+    tables_ = &shared({entries, false});
 }
 
 distance_measurement_t InfraredGains::measure(double distance_mm, double low_noise_lsb,
                                               double high_noise_lsb) const {
-    if (measured_) [[unlikely]]
-        return {converted(measured_signal(tables_.low, distance_mm) + low_noise_lsb),
-                converted(measured_signal(tables_.high, distance_mm) + high_noise_lsb)};
-    return measure_synthetic(tables_.low[0], distance_mm, low_noise_lsb, high_noise_lsb);
+    const gain_tables_t &entries = tables_->entries;
+    if (tables_->measured) [[unlikely]]
+        return {converted(measured_signal(entries.low, distance_mm) + low_noise_lsb),
+                converted(measured_signal(entries.high, distance_mm) + high_noise_lsb)};
+    return measure_synthetic(entries.low[0], distance_mm, low_noise_lsb, high_noise_lsb);
 }
 
 distance_measurement_t InfraredGains::measure_synthetic(uint16_t low_at_contact, double distance_mm,

@@ -111,28 +111,20 @@ struct RobotRecord : GuestTime {
                 const Calibration &calibrated, Cycles switched_on)
         : GuestTime{.now = switched_on, .tick_length = calibrated.tick},
           driver(&of_group),
-          context(&of_all),
           index(number),
+          context(&of_all),
           outgoing(),
           power_up(switched_on),
           calibration(calibrated) {}
 
-    // By lines of the cache, with GuestTime first: those that every run needs ...
+    // By lines of the cache, with GuestTime first: those that every run needs, of which a frame
+    // that is received needs the first ...
     Driver *driver;
-    void *own = nullptr;          ///< its driver's state of it
     Cycles next_message = NEVER;  ///< when the first of its inbox ends
     /// Until then only ticks pass: nothing else of its program need be looked at, and a translated
     /// one executes nothing (translated/rest.cpp). 0 when the program may have changed that.
     Cycles only_ticks_until = 0;
-
-    RobotContext *context;
-    uint64_t outputs_seen = 0;  ///< registers of motors and LED, when last looked at
     uint32_t index;
-    /// kilo_ticks after the last tick, for reports: the program may spoil its own.
-    uint32_t last_tick = 0;
-    uint32_t inbox_next = 0;       ///< those before it have been taken
-    uint32_t waits_past_tick = 0;  ///< of a callback that waits: so long after next_tick it goes on
-    robot_core_t core = {};
     Life life : 2 = Life::OFF;
     Question question : 2 = Question::NONE;
     bool arbitrated : 1 = false;   ///< the channel decides, by answer
@@ -148,6 +140,15 @@ struct RobotRecord : GuestTime {
     /// So many times running its program had no message when requested, up to QUIET.
     uint8_t nulls : 3 = 0;
     uint8_t noted = 0;  ///< Mistakes
+
+    void *own = nullptr;  ///< its driver's state of it
+    RobotContext *context;
+    uint64_t outputs_seen = 0;  ///< registers of motors and LED, when last looked at
+    /// kilo_ticks after the last tick, for reports: the program may spoil its own.
+    uint32_t last_tick = 0;
+    uint32_t inbox_next = 0;       ///< those before it have been taken
+    uint32_t waits_past_tick = 0;  ///< of a callback that waits: so long after next_tick it goes on
+    robot_core_t core = {};
     Cycles granted_from = NEVER, granted_to = 0;
 
     // ... the next two what comes in and goes out ...

@@ -2,7 +2,7 @@
 
 namespace kilotwin {
 
-static_assert(sizeof(Robot) == 7 * sizeof(CacheLine));
+static_assert(sizeof(Robot) == 6 * sizeof(CacheLine));
 
 Robot::Robot(RobotContext &context, Driver &driver, uint32_t index, const Calibration &calibration,
              Cycles power_up)

@@ -39,6 +39,9 @@ class alignas(64) Robot {
         prefetch_bytes(record_.own, driver().own_bytes());
     }
 
+    /// Prefetches the record's first line: that of is_mute() and is_deaf().
+    void prefetch_life() const { prefetch_line(this); }
+
     /// Prefetch the fields of receive(), and those of disturb() as well.
     void prefetch_receiver() const {
         prefetch_line(&record_.next_message);
@@ -46,7 +49,6 @@ class alignas(64) Robot {
     }
     void prefetch_light() const {
         prefetch_receiver();
-        prefetch_line(this);
         prefetch_line(&record_.frames_seen);
     }
 

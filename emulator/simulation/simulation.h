@@ -301,7 +301,7 @@ class Simulation {
     std::unique_ptr<Channel> channel_;                 ///< the medium
     std::vector<std::unique_ptr<Stations>> stations_;  ///< but for robots as guests
 
-    std::vector<Cycles> wake_;   ///< by robot: the begin of the step in which it next is due
+    Swarm<Cycles> wake_;         ///< by robot: the begin of the step in which it next is due
     std::vector<uint32_t> due_;  ///< robots to be executed in this step
     Samples samples_;            ///< since the last take_samples()
     ResultHash result_;          ///< of all samples, and of events that were taken

@@ -165,6 +165,7 @@ class GuestStack {
     uint8_t *memory_ = nullptr;
     void *host_ = nullptr;   ///< the host's stack pointer; null while no guest runs
     void *guest_ = nullptr;  ///< stack pointer of the guest that was left
+    SuspendedCall spare_;    ///< memory of the call resumed last, for the next one to suspend
     EmptyLoop empty_loop_ = nullptr;
     OnMistake on_mistake_ = nullptr;
     const volatile Cycles *clock_ = nullptr;  ///< of the guest that runs

@@ -54,7 +54,7 @@ TEST_CASE("lists hold exactly those within reach and skin, in ascending order") 
 
 TEST_CASE("a robot at exactly reach and skin is on the list") {
     Neighbours neighbours(0.75, 0.25);
-    neighbours.rebuild({{0, 0}, {1, 0}, {0, 1.0000001}});
+    neighbours.rebuild(Positions{{0, 0}, {1, 0}, {0, 1.0000001}});
     CHECK(list_of(neighbours, 0) == std::vector<uint32_t>{1});
 }
 
@@ -84,10 +84,10 @@ TEST_CASE("robots in one point, in one line and alone are listed") {
     Neighbours neighbours(1, 0);
     neighbours.rebuild(Positions(5, {2, 2}));
     CHECK(list_of(neighbours, 2) == std::vector<uint32_t>{0, 1, 3, 4});
-    neighbours.rebuild({{0, 0}, {0, 1}, {0, 2}, {0, 500}});
+    neighbours.rebuild(Positions{{0, 0}, {0, 1}, {0, 2}, {0, 500}});
     CHECK(list_of(neighbours, 1) == std::vector<uint32_t>{0, 2});
     CHECK(list_of(neighbours, 3).empty());
-    neighbours.rebuild({{7, 7}});
+    neighbours.rebuild(Positions{{7, 7}});
     CHECK(list_of(neighbours, 0).empty());
 }
 
