@@ -2,15 +2,19 @@
 some."""
 
 import os
+import re
 import shutil
+from collections import deque
 from collections.abc import Iterator
+from pathlib import Path
 
 from kilotwin.experiment.programs import Program
 from kilotwin.experiment.schema.experiment import Cpu, ProfileName
 
 _TOOLS = ("avr-gcc", "avr-nm", "avr-ar", "avr-objcopy")
 _START = b"kilo_start"
-_TEXT = {".c", ".h", ".inc"}
+_TEXT_OR_COMMENT = re.compile(rb'"(?:\\.|[^"\\\n])*"|//[^\n]*|/\*.*?\*/', re.DOTALL)
+_INCLUDE = re.compile(rb'^[ \t]*#[ \t]*include[ \t]*["<]([^">\n]+)[">]', re.MULTILINE)
 
 
 def processor_of(program: Program, cpu: Cpu, profile: ProfileName) -> tuple[Cpu, str]:
@@ -36,10 +40,27 @@ def missing_tool() -> str:
 
 
 def _texts_of(program: Program) -> Iterator[bytes]:
-    """Its sources, then what lies beside them and in its own folders of headers."""
-    yield from (source.read_bytes() for source in program.sources)
-    folders = dict.fromkeys([*(one.parent for one in program.sources), *program.include_folders])
-    for folder in folders:
-        for file in sorted(folder.iterdir()):
-            if file.suffix in _TEXT and file.is_file() and os.access(file, os.R_OK):
-                yield file.read_bytes()
+    """Its sources without comments, and those of their own files that they include: what else lies
+    beside them is another program's."""
+    waiting = deque(program.sources)
+    known = set(waiting)
+    while waiting:
+        file = waiting.popleft()
+        text = _TEXT_OR_COMMENT.sub(_without_comments, file.read_bytes())
+        yield text
+        for name in _INCLUDE.findall(text):
+            included = _own_file(
+                name.decode(errors="replace"), (file.parent, *program.include_folders)
+            )
+            if included is not None and included not in known:
+                known.add(included)
+                waiting.append(included)
+
+
+def _without_comments(found: re.Match[bytes]) -> bytes:
+    return found[0] if found[0].startswith(b'"') else b" "
+
+
+def _own_file(name: str, folders: tuple[Path, ...]) -> Path | None:
+    files = (folder / name for folder in folders)
+    return next((file for file in files if file.is_file() and os.access(file, os.R_OK)), None)

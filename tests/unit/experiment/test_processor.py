@@ -90,3 +90,22 @@ def test_kilo_start_may_be_in_a_header_beside_it(tmp_path: Path) -> None:
     (tmp_path / "start.h").write_text("#define START kilo_start(setup, loop)\n")
     text = '#include "start.h"\n' + PROGRAM.replace("kilo_start(setup, loop)", "START")
     assert loaded(tmp_path, text=text).groups[0].tier == "translated"
+
+
+def test_a_header_of_a_header_is_looked_into(tmp_path: Path) -> None:
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own/start.h").write_text("#define START kilo_start(setup, loop)\n")
+    (tmp_path / "all.h").write_text('#include "own/start.h"\n#include "all.h"\n')
+    text = '#include "all.h"\n' + PROGRAM.replace("kilo_start(setup, loop)", "START")
+    assert loaded(tmp_path, text=text).groups[0].tier == "translated"
+
+
+@pytest.mark.parametrize("where", ["a program beside it", "a comment of its own"])
+def test_kilo_start_elsewhere_is_none_of_the_program(where: str, tmp_path: Path) -> None:
+    text = "#include <kilolib.h>\nint main(void) { kilo_init(); for (;;) delay(1); }\n"
+    if where == "a program beside it":
+        (tmp_path / "other.c").write_text(PROGRAM)
+    else:
+        text += "/* was:\n   kilo_start(setup, loop); */ // kilo_start(setup, loop);\n"
+    experiment = loaded(tmp_path, text=text)
+    assert experiment.groups[0].tier == "native"
