@@ -95,6 +95,21 @@ void register_debugging(nb::class_<PythonSimulation> &simulation) {
             "A debugger takes hold of these, which run translated, and lets go of all others. "
             "Between two steps. `on_stop` is called in the midst of advance().")
         .def(
+            "note_written",
+            [](PythonSimulation &self, uint32_t robot) { self.simulation().note_written(robot); },
+            nb::arg("robot"),
+            "From now on it is noted which bytes of its SRAM change. Between two steps.")
+        .def(
+            "take_written",
+            [](PythonSimulation &self) {
+                const auto written = self.simulation().take_written();
+                nb::list out;
+                for (size_t at = 0; at < written.size(); at++)
+                    if (written[at]) out.append(at);
+                return out;
+            },
+            "Addresses of bytes that may have changed since the last call: written_bytes.h.")
+        .def(
             "want",
             [](PythonSimulation &self, const nb::dict &wanted) {
                 self.simulation().debugging().want(wanted_of(wanted));

@@ -49,9 +49,11 @@ void register_process(nb::module_ &m) {
     m.def("take_over", &TranslatedProgram::take_over, nb::arg("path"), nb::arg("faster"),
           "Executes a loaded translation by faster code from now on; see "
           "robots/translated/program.h.");
-    m.def("hold_by", &TranslatedProgram::hold_by, nb::arg("path"), nb::arg("name"),
-          nb::arg("debugged"),
-          "Executes robots that a debugger holds by this code; see robots/translated/program.h.");
+    m.def(
+        "hold_by", &TranslatedProgram::hold_by, nb::arg("path"), nb::arg("name"),
+        nb::arg("debugged"), nb::arg("watched"),
+        "Executes robots that a debugger holds, and one of which it notes what it writes, by this "
+        "code; see robots/translated/program.h.");
     m.def("lacking_layers", &lacking_layers, "Layers of confine() that this kernel lacks.");
     m.def("reference_loop_s", &reference_loop_s, "CPU time of a loop that never changes, in s.");
 }

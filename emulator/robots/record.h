@@ -70,9 +70,10 @@ struct BlackBox {
     }
 };
 
-/// Shared by all robots of a simulation.
 class Debugging;
+class WrittenBytes;
 
+/// Shared by all robots of a simulation.
 struct RobotContext {
     const Chance &chance;
     Events &events;
@@ -86,6 +87,7 @@ struct RobotContext {
     Listening *listening = nullptr;        ///< null: to none
     Trail *trail = nullptr;                ///< of what their code does; null: none is kept
     Debugging *debugging = nullptr;        ///< of translated programs; null: none is held
+    WrittenBytes *written = nullptr;       ///< likewise: what one of them writes; null: none
 };
 
 /// Faults that are noted once per robot, as bits: mistakes that its program survives, and an order

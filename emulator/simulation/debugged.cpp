@@ -16,6 +16,18 @@ void Simulation::hold(const std::vector<uint32_t> &robots,
     context_.debugging = debugging_.get();
 }
 
+void Simulation::note_written(uint32_t robot) {
+    Robot &noted = robots_[index_of(robot)];
+    noted.begin_hold();
+    written_ = std::make_unique<WrittenBytes>(robot, noted.standing().data);
+    context_.written = written_.get();
+}
+
+WrittenBytes::Bytes Simulation::take_written() {
+    if (!written_) throw EngineError("no bytes that a robot writes are noted");
+    return written_->take(standing(written_->robot()).data);
+}
+
 Debugging &Simulation::debugging() const {
     if (!debugging_) throw EngineError("no robot is held by a debugger");
     return *debugging_;

@@ -37,6 +37,7 @@
 #include "physics/light.h"
 #include "robots/robot.h"
 #include "robots/translated/debugging.h"
+#include "robots/translated/written_bytes.h"
 #include "simulation/commands.h"
 #include "simulation/floor_sensing.h"
 #include "simulation/recorder.h"
@@ -213,6 +214,11 @@ class Simulation {
     /// between two calls of advance(). `on_stop` must not throw. EngineError for other robots.
     void hold(const std::vector<uint32_t> &robots,
               std::function<void(const Debugging::Stop &)> on_stop);
+    /// From now on it is noted which bytes of a robot's SRAM change, between two calls of advance().
+    /// EngineError for a robot that no debugger can hold.
+    void note_written(uint32_t robot);
+    /// Those since then, or since the last call. EngineError if none are noted.
+    WrittenBytes::Bytes take_written();
     /// EngineError if none was held so far.
     Debugging &debugging() const;
     /// The last place up to now at which something was wanted of robots that are held.
@@ -288,6 +294,7 @@ class Simulation {
     Listening listening_;
     std::unique_ptr<Trail> trail_;                     ///< null: none is kept
     std::unique_ptr<Debugging> debugging_;             ///< null until a robot is held
+    std::unique_ptr<WrittenBytes> written_;            ///< null: none are noted
     RobotContext context_;                             ///< what all robots share
     std::vector<std::unique_ptr<Driver>> drivers_;     ///< by group
     Swarm<Robot> robots_;                              ///< by index; those on boards too

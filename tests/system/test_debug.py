@@ -18,6 +18,7 @@ from kilotwin.commands.gdb_programs import find_gdb
 from kilotwin.experiment.text import parse_setting
 from kilotwin.programs.guest_symbols import GuestSymbols
 from kilotwin.programs.translate.translation import translated_guest
+from kilotwin.session.debug import travel as travel_module
 from kilotwin.session.debug.held_world import NOTHING
 from kilotwin.session.debug.repeated_run import Repeated, travel_in
 from kilotwin.session.debug.travel import Place, Travel, Wanted
@@ -84,8 +85,11 @@ def test_a_run_that_was_stepped_through_has_the_result_of_one_that_was_not(
             world.run_ticks(40)
             if is_held:
                 (group,) = world._experiment.groups
-                held = translated_guest(group.program, variant="debugged")
-                _emulator.hold_by(simulation.program(0), "neighbours", str(held.file))
+                codes = [
+                    translated_guest(group.program, variant=v) for v in ("debugged", "watched")
+                ]
+                files = [str(code.file) for code in codes]
+                _emulator.hold_by(simulation.program(0), "neighbours", *files)
                 simulation.hold(range(5), lambda _: None)
                 simulation.want({**NOTHING, **wanted, "only_notes": True})
             world.run_ticks(80)
@@ -116,6 +120,110 @@ def test_what_was_last_is_found_from_the_present_and_from_the_end_alike(recorded
     for before, after in zip(reversed(changes), forth, strict=True):
         # Forwards it stands behind the instruction that has made the change.
         assert 0 < after.cycle - before.cycle < 10
+
+
+WRITER = """\
+#include <kilolib.h>
+
+static volatile uint8_t busy, once, same, never;
+static volatile uint16_t passes, last, numbers[4];
+static volatile float sum;
+static message_t said = {.type = NORMAL};
+
+static uint8_t depth(volatile uint8_t *local, uint8_t left) {
+    volatile uint8_t own = *local + left;
+    return left ? depth(&own, left - 1) : own;
+}
+
+static void on_message(message_t *message, distance_measurement_t *distance) {
+    (void)distance;
+    numbers[message->data[0] & 3]++;
+}
+
+static message_t *report(void) { return &said; }
+
+static void setup(void) {
+    said.crc = message_crc(&said);
+    rand_seed(kilo_uid);
+}
+
+static void loop(void) {
+    busy = 1;  // each pass changes it, and leaves it as it was
+#ifdef COUNTS
+    passes++;  // without it passes are known ones, which are left out over ticks
+#endif
+    same = 5;
+    if (kilo_ticks > last + 640) {
+        last = kilo_ticks;
+        sum += 0.5f;
+        once = rand_soft();
+        said.data[0] = depth(&once, 9);
+        said.crc = message_crc(&said);
+    }
+    if (kilo_ticks == 500) never = never ? 2 : 1;
+    busy = 0;
+}
+
+int main(void) {
+    kilo_init();
+    kilo_message_rx = on_message;
+    kilo_message_tx = report;
+    kilo_start(setup, loop);
+    return 0;
+}
+"""
+WRITERS = """\
+duration_s = 400
+arena = {shape = "circle", diameter_m = 0.3}
+robots = [{program = "writer.c", cpu = "translated", count = 3, define = [DEFINED]}]
+[swarm]
+profile = "kilobot"
+"""
+
+
+@pytest.fixture
+def many_checkpoints(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also of runs that take no time."""
+    monkeypatch.setattr(travel_module, "FAR_S", 0.0)
+    monkeypatch.setattr(travel_module, "NEAR_S", 0.0)
+
+
+@pytest.mark.usefixtures("many_checkpoints")
+@pytest.mark.parametrize("defined", ["", '"COUNTS"'])
+def test_the_last_write_is_the_same_with_and_without_what_was_noted(
+    tmp_path: Path, defined: str
+) -> None:
+    (tmp_path / "writer.c").write_text(WRITER)
+    file = tmp_path / "writers.toml"
+    file.write_text(WRITERS.replace("DEFINED", defined))
+    looked = []
+    with travelling(file, [1], 390.0, "seed=1") as travel:
+        symbols = GuestSymbols(travel.symbols[1])  # type: ignore[attr-defined]
+        names = ("busy", "once", "same", "never", "passes", "last", "numbers[2]", "sum")
+        places = [symbols.number(name) for name in names]
+        watches = [(place.offset, place.length) for place in places]
+        watches += [(watches[4][0] + 1, 1), (0x8D0, 4), (0x850, 8), (0x8F8, 2), (0x300, 16)]
+        here = travel.now
+        assert here is not None
+        plain = travel._may_be_in
+
+        def counted(wanted: Wanted, begin: int, end: int) -> bool:
+            looked.append(plain(wanted, begin, end))
+            return looked[-1]
+
+        travel._may_be_in = counted  # type: ignore[method-assign]
+        found = []
+        for noted in (True, False):
+            if not noted:
+                travel._written.robot = -1  # nothing is known
+            for watch in watches:
+                for at in (here.place, Place(1, 1_000_000_000)):
+                    travel.go_to(at)
+                    stop = travel.go_back(Wanted(watches=(watch,)))
+                    found.append((watch, stop.place, stop.why))
+    assert found[: len(found) // 2] == found[len(found) // 2 :]
+    assert {why for _, _, why in found} == {"watch", "begin"}
+    assert looked[: len(looked) // 2].count(False) > len(looked) // 6
 
 
 def test_any_robot_is_the_one_that_does_it_first(recorded: Path) -> None:
@@ -175,6 +283,7 @@ robots = [
 """
 
 
+@pytest.mark.usefixtures("many_checkpoints")
 def test_each_world_is_confined_as_a_run_is(recorded: Path) -> None:
     with travelling(recorded, [3], 20.0) as travel:
         travel.go_back(Wanted(), step=True)
@@ -207,8 +316,8 @@ def test_chips_go_on_from_a_checkpoint_beside_robots_that_are_held(
     [
         (["--robot", "13"], "--robot 13: there is no such robot; name one of 1 to 12"),
         (["--at", "171"], "--at 171: the run has 0 to 170 s"),
-        (["--set", "robots.0.cpu=native"], "runs natively.*--set robots.0.cpu=translated"),
-        (["--set", "robots.0.cpu=avr"], "simulated ATmega328P.*kilotwin run EXPERIMENT --gdb 1"),
+        (["--set", "robots.0.cpu=native"], "runs natively, .*toml --set robots.0.cpu=translated"),
+        (["--set", "robots.0.cpu=avr"], "simulated ATmega328P.*kilotwin run .*toml --gdb 1"),
     ],
 )
 def test_what_cannot_be_held_is_said_before_anything_runs(

@@ -190,7 +190,7 @@ def test_of_a_native_run_it_says_what_to_type(kilotwin: Kilotwin, tmp_path: Path
     run = tmp_path / "run"
     kilotwin("run", tmp_path / "told.toml", "--out", run, "-q", "--set", "swarm.cpu=native")
     done = kilotwin("why", run, "--robot", "2", "--at", "3", "-q", expect=2)
-    assert "robot 2 ran natively, where no store is seen" in done.stderr
+    assert "robot 2 runs natively, where no store is seen" in done.stderr
     assert f"kilotwin run {run}/experiment.toml --set swarm.cpu=translated" in done.stderr
 
 

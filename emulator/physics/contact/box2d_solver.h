@@ -3,7 +3,8 @@
 /// The only file that knows Box2D's types is box2d_solver.cpp. One robot radius is 0.1 of its
 /// length units in every profile, because its tolerances are fixed in units: it finds a contact
 /// that is 0.18 radii away. Each robot has a body of its own, created when it first comes into
-/// contact and disabled while it is in no island.
+/// contact and disabled while it is in no island. Box2D has room for 128 worlds in a process, so a
+/// solver takes one only when it first has something to solve.
 #ifndef KILOTWIN_PHYSICS_CONTACT_BOX2D_SOLVER_H
 #define KILOTWIN_PHYSICS_CONTACT_BOX2D_SOLVER_H
 
@@ -21,7 +22,8 @@ class Box2DSolver {
     enum class Accuracy : uint8_t { NORMAL, ORACLE };
 
     /// `robots`: their number; `objects` are read here only, `arena` must live on. A round wall has
-    /// 720 straight segments.
+    /// 720 straight segments. EngineError if an object has a part that is too thin, or of objects
+    /// as solve().
     Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots,
                 const std::vector<Object> &objects, Accuracy accuracy);
     ~Box2DSolver();
@@ -34,12 +36,15 @@ class Box2DSolver {
     /// that overlap do so by more than 0.4 % of a diameter on average, or may touch an object;
     /// several steps where they would close by more than Box2D looks ahead.
     /// ORACLE: as the drives' law is written, tick by tick, 16 sub-steps each.
+    /// EngineError if Box2D has no world left for the first bodies.
     void solve(Islands &islands, double step_s);
 
     /// Drops what is known of a robot that is elsewhere now.
     void forget(uint32_t robot);
 
   private:
+    bool is_open() const;  ///< has its Box2D world
+    void open(const std::vector<Object> &objects);
     void step_once(Islands &islands, double step_s);
     void step_by_ticks(Islands &islands, double step_s);
     struct Gaps {

@@ -31,7 +31,7 @@
 #include "robots/translated/watched.h"
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 12
+#define TRANSLATION_VERSION 13
 
 /// State of a chip, for the time of a call.
 typedef struct translated_chip {
@@ -70,6 +70,9 @@ typedef struct translated_chip {
     /// A watched translation reports that `value` is about to replace another one. The
     /// program counter, the stack pointer and `left` are those of the instruction.
     void (*stores)(struct translated_chip *chip, uint16_t address, uint8_t value);
+    /// Likewise, that a counter of so many bytes goes on by several passes.
+    void (*counts)(struct translated_chip *chip, uint16_t address, uint8_t bytes);
+    uint16_t pushed_from;  ///< likewise: the lowest address that has been pushed to
     /// The jump, in such a translation, by which a function has gone on in another one, which
     /// returns in its place; 0: none since the last call or return.
     uint32_t jumped;
@@ -555,6 +558,7 @@ enum {
 #define PUSH(at, offset, r)                                           \
     do {                                                              \
         if (__builtin_expect(!IN_SRAM(sp), 0)) HAND_OVER(at, offset); \
+        NOTE_PUSH(sp);                                                \
         M[sp--] = (r);                                                \
     } while (0)
 /// The byte last pushed, to d. It stays in SRAM, as on the chip.
@@ -569,6 +573,7 @@ enum {
         if (__builtin_expect(!IN_SRAM(sp) || !IN_SRAM(sp - 1), 0)) HAND_OVER(at, offset); \
         M[sp] = (uint8_t)((to) / 2), M[sp - 1] = (uint8_t)((to) / 2 >> 8);                \
         NOTE_JUMP(0);                                                                     \
+        NOTE_PUSH(sp - 1);                                                                \
         sp = (uint16_t)(sp - 2);                                                          \
     } while (0)
 /// Goes where the stack says, `cycles` after the block's begin.

@@ -49,10 +49,10 @@ void TranslatedProgram::take_over(const std::string &path, const std::string &fa
 }
 
 void TranslatedProgram::hold_by(const std::string &path, const std::string &name,
-                                const std::string &debugged) {
-    load(path, name);
-    const auto [program, code] = another(path, debugged);
-    program->debugged_ = code;
+                                const std::string &debugged, const std::string &watched) {
+    TranslatedProgram &program = load(path, name);
+    program.debugged_ = another(path, debugged).second;
+    program.watched_ = another(path, watched).second;
 }
 
 std::pair<TranslatedProgram *, const translation_t *>

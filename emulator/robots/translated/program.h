@@ -24,10 +24,11 @@ class TranslatedProgram {
     /// steps. Throws EngineError if nothing is loaded from there, or it is not the same.
     static void take_over(const std::string &path, const std::string &faster);
 
-    /// Loads both, and takes `debugged` for the code of robots that a debugger holds: the same
-    /// translation, made with DEBUGGED. Errors as of load() and take_over().
+    /// Loads all three, and takes `debugged` for the code of robots that a debugger holds, and
+    /// `watched` for that of one whose stores it notes: the same translation, made with DEBUGGED
+    /// and with TRANSLATED_WATCHED. Errors as of load() and take_over().
     static void hold_by(const std::string &path, const std::string &name,
-                        const std::string &debugged);
+                        const std::string &debugged, const std::string &watched);
 
     TranslatedProgram(const TranslatedProgram &) = delete;
     TranslatedProgram &operator=(const TranslatedProgram &) = delete;
@@ -37,6 +38,8 @@ class TranslatedProgram {
     const translation_t &code() const { return *code_; }
     /// That of robots that are held (debugging.h); null before hold_by().
     const translation_t *debugged() const { return debugged_; }
+    /// That of a robot whose stores are noted (written_bytes.h); null likewise.
+    const translation_t *watched() const { return watched_; }
     /// Registers that have an effect, by address (code.h).
     static const uint8_t *effects();
 
@@ -55,6 +58,7 @@ class TranslatedProgram {
     std::string name_, path_;
     const translation_t *code_;
     const translation_t *debugged_ = nullptr;
+    const translation_t *watched_ = nullptr;
 };
 
 }  // namespace kilotwin

@@ -63,6 +63,7 @@ bool TranslatedRobot::recall() {
     image_.holds = false;  // none that holds interrupts is known
     image_.rest = rest_of(*found);
     image_.rest.ends = ticks_now() + lasts;
+    if (written_ != nullptr) written_->leaves_out(found->rest.changes | found->first.changes);
     if (lasts > 1) recall_request(*found, lasts);
     return true;
 }
@@ -96,6 +97,7 @@ void TranslatedRobot::recall_request(const KnownPass &found, uint32_t lasts) {
         if (so_long <= 1) return false;
         image_.rest.request_cycles = static_cast<uint16_t>(request.cycles);
         image_.rest.ends = ticks + std::min(lasts, so_long);
+        if (written_ != nullptr) written_->leaves_out(request.on.changes);
         return true;
     };
     if (std::any_of(known.requests.all.begin(), known.requests.all.end(), use)) return;

@@ -23,6 +23,11 @@ Debugging *debugging_of(const RobotRecord &robot) {
     return all != nullptr && all->holds(robot.index) ? all : nullptr;
 }
 
+WrittenBytes *written_of(const RobotRecord &robot) {
+    WrittenBytes *written = robot.context->written;
+    return written != nullptr && written->robot() == robot.index ? written : nullptr;
+}
+
 }  // namespace
 
 TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
@@ -34,7 +39,10 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
       rare_(state.rare),
       state_(state),
       debugging_(debugging_of(robot)),
-      code_(debugging_ == nullptr ? program.code() : *program.debugged()),
+      written_(written_of(robot)),
+      code_(debugging_ != nullptr ? *program.debugged()
+            : written_ != nullptr ? *program.watched()
+                                  : program.code()),
       seam_(*code_.seam),
       clock_{robot.power_up, robot.tick_length} {
     data = image_.data.data();
@@ -63,6 +71,11 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
     };
     translated_chip_t::stores = [](translated_chip_t *chip, uint16_t address, uint8_t value) {
         static_cast<TranslatedRobot *>(chip)->stores(address, value);
+    };
+    pushed_from = WrittenBytes::END;
+    counts = [](translated_chip_t *chip, uint16_t address, uint8_t bytes) {
+        WrittenBytes *const written = static_cast<TranslatedRobot *>(chip)->written_;
+        for (uint8_t i = 0; written != nullptr && i < bytes; i++) written->stores(address + i);
     };
     const Trail *const trail = robot.context->trail;
     if (trail != nullptr && trail->looks_closely_at(robot.index)) [[unlikely]] {
@@ -264,6 +277,13 @@ bool TranslatedRobot::take_burst_at_rest(uint64_t &now, uint64_t end) {
 
 /// The same as a turn of run(), within a region. What needs all of the state leaves the region.
 bool TranslatedRobot::attend(unsigned what) {
+    note_written();
+    const bool goes_on = attend_to(what);
+    note_written();
+    return goes_on;
+}
+
+bool TranslatedRobot::attend_to(unsigned what) {
     const uint64_t begun = limit_ - static_cast<uint64_t>(pass_left);
     if (what == END_OF_INTERRUPT)
         return_from_interrupt();
@@ -284,7 +304,10 @@ void TranslatedRobot::execute_code() {
         pc &= PROGRAM_COUNTER;
         if (pc == 0) starts_again();
         const unsigned region = code_.region_of[pc / 2];
-        switch (region != 0 ? code_.code[region - 1](this) : INTERPRET_ONE) {
+        note_written();
+        const translated_end_t end = region != 0 ? code_.code[region - 1](this) : INTERPRET_ONE;
+        note_written();
+        switch (end) {
         case CHECKPOINT:
             if (note_pass()) return;
             break;
@@ -317,7 +340,9 @@ bool TranslatedRobot::execute_one() {
     }
     if (makes_mistake()) return true;
     changed |= NOT_COUNTED;  // whether it reads a counter, or stores one again, is not looked at
-    if (!interpret(this, &REGISTERS)) {
+    const bool is_one = interpret(this, &REGISTERS);
+    note_written();
+    if (!is_one) {
         fail();
         return true;
     }
@@ -409,9 +434,17 @@ CodePath TranslatedRobot::path_here() const {
 
 /// A variable is about to change. Locals are none.
 void TranslatedRobot::stores(uint16_t address, uint8_t value) {
+    if (written_ != nullptr) written_->stores(address);
     Trail *const trail = robot_.context->trail;
     if (trail == nullptr || address >= seam_.variables_end) return;
     trail->stored(robot_.index, moment(), address, data[address], value, path_here());
+}
+
+void TranslatedRobot::note_written() {
+    if (written_ == nullptr) [[likely]]
+        return;
+    written_->look(data, pushed_from);
+    pushed_from = WrittenBytes::END;
 }
 
 /// LED and motors were so before.
@@ -438,6 +471,7 @@ uint8_t TranslatedRobot::instruction_begins() {
 /// Its program counter points to what is no instruction: erased flash, mostly.
 void TranslatedRobot::fail() {
     if (debugging_ != nullptr) debugging_->failed(instruction());
+    if (written_ != nullptr) written_->fails();
     robot_.now = world_time();
     robot_.last_tick = ticks_now();
     char text[96];

@@ -31,6 +31,7 @@
 #include "robots/translated/interpreter.h"
 #include "robots/translated/program.h"
 #include "robots/translated/state.h"
+#include "robots/translated/written_bytes.h"
 
 namespace kilotwin {
 
@@ -87,6 +88,7 @@ class TranslatedRobot : private translated_chip_t {
     uint64_t place_wanted(uint64_t now);
     void execute();
     bool attend(unsigned what);  ///< as translated_chip_t.attend()
+    bool attend_to(unsigned what);
     /// While passes repeat: interrupts that change nothing but the clock are left out, edges of
     /// light in any case, ticks if the pass is a known one. recall() finds whether it is.
     void rest();
@@ -119,6 +121,8 @@ class TranslatedRobot : private translated_chip_t {
     // For the trail.
     Trail::Moment moment() const;
     void stores(uint16_t address, uint8_t value);
+    /// For a debugger that notes what changes: code is about to begin, or has ended.
+    void note_written();
     CodePath path_here() const;
     void note_outputs(uint8_t color, uint16_t duties);
     uint16_t duties() const { return static_cast<uint16_t>(robot_.left << 8 | robot_.right); }
@@ -221,7 +225,8 @@ class TranslatedRobot : private translated_chip_t {
     TranslatedImage &image_;
     Own<TranslatedState::Rare> &rare_;
     TranslatedState &state_;
-    Debugging *const debugging_;  ///< null unless a debugger holds it
+    Debugging *const debugging_;   ///< null unless a debugger holds it
+    WrittenBytes *const written_;  ///< null unless one notes what it writes
     const translation_t &code_;
     const translated_seam_t &seam_;
     const BoardClock clock_;

@@ -116,7 +116,7 @@ def explained(error: InputError, program: Program, nm: str, objects: Sequence[Pa
         return error
     if absent := _absent(program, names):
         return InputError(absent, detail="\n".join(places))
-    from kilotwin.programs.native.guest import suggestions
+    from kilotwin.programs.native.look import suggestions
 
     meant = [near for name, near in suggestions(program).items() if name in names]
     instead = f"did you mean {', '.join(meant)}? Else write" if meant else "write"

@@ -9,6 +9,7 @@ has each robot's own value.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
@@ -314,8 +315,18 @@ def module_rows(tick: int, modules: "list[ModuleRecord]") -> pa.RecordBatch:
     return pa.record_batch(arrays, schema=MODULES_SCHEMA)
 
 
-STATIONS = ("robot", "cell", "beacon", "overhead", "command", "floor")
-"""Senders and receivers, by Trail::Kind of the engine."""
+class StationKind(IntEnum):
+    """Senders and receivers, as Trail::Kind of the engine."""
+
+    ROBOT = 0
+    CELL = 1
+    BEACON = 2
+    OVERHEAD = 3
+    COMMAND = 4
+    FLOOR = 5
+
+
+_STATIONS = [kind.name.lower() for kind in StationKind]
 
 FRAMES_SCHEMA = pa.schema(
     [
@@ -336,7 +347,7 @@ def frame_rows(arrivals: NDArray[np.void]) -> pa.RecordBatch:
     """The rows of frames that the engine gives."""
 
     def words(name: str) -> pa.Array:
-        return pa.DictionaryArray.from_arrays(pa.array(arrivals[name]), pa.array(STATIONS))
+        return pa.DictionaryArray.from_arrays(pa.array(arrivals[name]), pa.array(_STATIONS))
 
     raw = arrivals["bytes"].tobytes()
     data = [raw[at : at + 9] for at in range(0, len(raw), 10)]

@@ -93,6 +93,25 @@ def check_repeatable(before: Run) -> None:
         raise InputError(f"{folder}: hosts outside had a hand in it; no repeating that")
 
 
+def check_translated(experiment: Experiment, robot: int, cannot: str, again: str) -> None:
+    """InputError if the robot with that index does not run translated. `cannot`: what is therefore
+    not possible, behind "where"; `again`: what to type, to which the key is added."""
+    group = experiment.group_of(robot)
+    if group.tier == "translated":
+        return
+    uid = experiment.uid_of(robot)
+    where = "natively" if group.tier == "native" else "on a simulated ATmega328P"
+    if not group.program.sources:
+        what = "of a .hex neither lines nor variables are known; name its program's source"
+        raise InputError(f"robot {uid} runs {where}, where {cannot}; {what}")
+    index = experiment.group_index(robot)
+    key = f"robots.{index}.cpu" if experiment.keys.robots else "swarm.cpu"
+    raise InputError(
+        f"robot {uid} runs {where}, where {cannot}; let it run by its machine code, from the same "
+        f"source: {again} --set {key}=translated"
+    )
+
+
 def experiment_of(before: Run, rows: pa.Table) -> Experiment:
     """The experiment of a run; of one that did not end, as far as it was recorded."""
     check_repeatable(before)

@@ -50,6 +50,29 @@ def test_a_program_is_compiled_once(program: Path) -> None:
     assert first.file.stat().st_mtime_ns == made
 
 
+FORGETS = """\
+#include <kilolib.h>
+static int doubled(int value) { if (value > 3) return 2 * value; }
+static void setup(void) {}
+static void loop(void) { set_motors(doubled(kilo_ticks), 0); }
+int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
+"""
+
+
+@pytest.mark.usefixtures("compiler")
+def test_a_missing_return_is_named_by_its_line_each_time(tmp_path: Path) -> None:
+    (tmp_path / "forgets.c").write_text(FORGETS)
+    for _ in range(2):
+        said: list[str] = []
+        build(find_program(str(tmp_path / "forgets.c"), HERE), said.append)
+        assert "forgets.c:2:" in said[-1]
+        assert "-Wreturn-type" in said[-1]
+    (tmp_path / "whole.c").write_text(FORGETS.replace("if (value > 3) ", ""))
+    said = []
+    build(find_program(str(tmp_path / "whole.c"), HERE), said.append)
+    assert not any("return-type" in text for text in said)
+
+
 def test_the_guest_exports_its_table_and_nothing_else(program: Path) -> None:
     guest = build(find_program(str(program), HERE))
     symbols = subprocess.run(

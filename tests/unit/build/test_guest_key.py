@@ -19,7 +19,7 @@ def test_every_file_of_ours_that_the_compiler_reads_is_part_of_the_key(
     compiler = guest_build.find_compiler()
     version = guest_build.compiler_version(compiler)
     wanted = find_program("blink.c", tmp_path, api=api)
-    builder = guest_build._Builder(wanted, compiler, version)
+    builder = guest_build.Builder(wanted, compiler, version)
     read = builder._read_by(builder._side, builder._side_flags)
     if builder._helpers:
         read += builder._read_by(builder._helpers, builder._helper_flags)
@@ -36,7 +36,7 @@ def test_a_header_of_ours_that_changes_changes_the_key(
     (tmp_path / "ours.h").write_text("#define A 1\n")
     program = find_program("blink.c", tmp_path)
     compiler = guest_build.find_compiler()
-    builder = guest_build._Builder(program, compiler, "gcc")
+    builder = guest_build.Builder(program, compiler, "gcc")
     builder._helpers = [tmp_path / "helper.c"]  # whose folder has the header
     builder._helpers[0].write_text("")
     first = builder.key()

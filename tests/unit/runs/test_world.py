@@ -346,6 +346,46 @@ def test_a_closed_world_says_so(folder: Path) -> None:
             ask()
 
 
+DRIVER = """\
+#include <kilolib.h>
+
+static void setup(void) {}
+
+static void loop(void) {
+    spinup_motors();
+    set_motors(kilo_straight_left, kilo_straight_right);
+    delay(100);
+}
+
+int main(void) {
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}
+"""
+
+
+def test_in_128_open_worlds_robots_can_touch_and_the_next_says_so(tmp_path: Path) -> None:
+    (tmp_path / "driver.c").write_text(DRIVER)
+    # Three abreast that drive into one that drives against them: an island, for Box2D.
+    poses = [(0.0, -0.034, 0.0), (0.0, 0.0, 0.0), (0.0, 0.034, 0.0), (0.034, 0.01, math.pi)]
+    keys: dict[str, Any] = {"program": str(tmp_path / "driver.c"), "poses": poses, "seed": 1}
+    worlds = [World(**keys, count=4) for _ in range(129)]
+    try:
+        for world in worlds[:-1]:
+            world.run(2)
+        assert len({world.result_hash for world in worlds[:-1]}) == 1
+        with pytest.raises(RunError, match=r"128 open worlds .* close worlds"):
+            worlds[-1].run(2)
+        worlds[0].close()
+        with World(**keys, count=4) as world:
+            world.run(2)
+            assert world.result_hash == worlds[1].result_hash
+    finally:
+        for world in worlds:
+            world.close()
+
+
 def test_the_documents_test_passes(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "python_api.md").read_text()
     for language, name in (("python", "test_blink.py"), ("c", "blink.c")):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from kilotwin.runs.columns import StationKind
 from kilotwin.studies.why.chain import (
     Cause,
     CellTold,
@@ -13,7 +14,7 @@ from kilotwin.studies.why.chain import (
     Received,
     explain,
 )
-from kilotwin.studies.why.facts import NEVER_S, During, Kind, Station, What
+from kilotwin.studies.why.facts import NEVER_S, During, Station, What
 
 from .trails import KnownCode, TrailMaker, message
 
@@ -72,7 +73,7 @@ def test_a_chain_of_three_robots_is_told_to_the_first_one(trail: TrailMaker) -> 
         Cause,
     ]
     assert [link.robot for link in links if isinstance(link, Changed)] == [0, 1, 2]
-    assert cause_of(links) == Cause("alone", Station(Kind.ROBOT, 2), 7.0)
+    assert cause_of(links) == Cause("alone", Station(StationKind.ROBOT, 2), 7.0)
 
 
 def test_the_variable_that_the_function_names_goes_before_others(trail: TrailMaker) -> None:
@@ -218,7 +219,7 @@ def test_bytes_that_one_line_set_are_told_together(trail: TrailMaker) -> None:
 def test_a_message_that_never_changed_is_so_since_the_start(trail: TrailMaker) -> None:
     red_after(trail, message(1))
     trail.sending(1, 0, 0.5, message(1))
-    assert cause_of(chain_of(trail)) == Cause("start", Station(Kind.ROBOT, 1), 0.5)
+    assert cause_of(chain_of(trail)) == Cause("start", Station(StationKind.ROBOT, 1), 0.5)
 
 
 def test_a_message_whose_sending_is_not_there_is_not_known(trail: TrailMaker) -> None:
@@ -252,19 +253,23 @@ def test_depth_is_kept(trail: TrailMaker) -> None:
 
 def test_a_robot_that_runs_natively_ends_the_chain(trail: TrailMaker) -> None:
     red_after(trail, message(7))
-    assert cause_of(chain_of(trail, native=1)) == Cause("native", Station(Kind.ROBOT, 1), 10.0)
+    assert cause_of(chain_of(trail, native=1)) == Cause(
+        "native", Station(StationKind.ROBOT, 1), 10.0
+    )
 
 
 @pytest.mark.parametrize(
     ("kind", "cause"),
     [
-        (Kind.ABOVE, "overhead"),
-        (Kind.COMMAND, "command"),
-        (Kind.BEACON, "beacon"),
-        (Kind.FLOOR, "floor"),
+        (StationKind.OVERHEAD, "overhead"),
+        (StationKind.COMMAND, "command"),
+        (StationKind.BEACON, "beacon"),
+        (StationKind.FLOOR, "floor"),
     ],
 )
-def test_what_is_no_robot_is_a_first_cause(trail: TrailMaker, kind: Kind, cause: str) -> None:
+def test_what_is_no_robot_is_a_first_cause(
+    trail: TrailMaker, kind: StationKind, cause: str
+) -> None:
     at_s = trail.frame(0, 0, 10.0, message(7), kind)
     trail.change(What.LED, 0, at_s + 0.001, 0, RED, during=During.MESSAGE, heard_s=at_s)
     assert cause_of(chain_of(trail)) == Cause(cause, Station(kind, 0), 10.0)
@@ -275,32 +280,32 @@ class TestCells:
 
     @pytest.fixture(autouse=True)
     def _red_by_a_cell(self, trail: TrailMaker) -> None:
-        at_s = trail.frame(5, 0, 10.0, message(7), Kind.CELL)
+        at_s = trail.frame(5, 0, 10.0, message(7), StationKind.CELL)
         trail.change(What.LED, 0, at_s + 0.001, 0, RED, during=During.MESSAGE, heard_s=at_s)
 
     def test_what_a_cell_has_always_sent_is_its_module_s(self, trail: TrailMaker) -> None:
-        trail.frame(5, 0, 9.0, message(7), Kind.CELL)
-        assert cause_of(chain_of(trail)) == Cause("cell", Station(Kind.CELL, 5), 10.0)
+        trail.frame(5, 0, 9.0, message(7), StationKind.CELL)
+        assert cause_of(chain_of(trail)) == Cause("cell", Station(StationKind.CELL, 5), 10.0)
 
     def test_a_new_word_follows_from_what_its_module_received(self, trail: TrailMaker) -> None:
-        trail.frame(5, 0, 8.0, message(6), Kind.CELL)
-        trail.frame(5, 1, 9.5, message(7), Kind.CELL)
-        trail.between(Station(Kind.ROBOT, 2), Station(Kind.CELL, 7), 9.0, message(4))
+        trail.frame(5, 0, 8.0, message(6), StationKind.CELL)
+        trail.frame(5, 1, 9.5, message(7), StationKind.CELL)
+        trail.between(Station(StationKind.ROBOT, 2), Station(StationKind.CELL, 7), 9.0, message(4))
         trail.sending(2, 0, 8.9, message(4))
         links = chain_of(trail)
         assert links[2] == CellTold(5, 9.5, message(6), message(7))
         assert isinstance(links[3], Received)
-        assert links[3].message.receiver == Station(Kind.CELL, 7)
-        assert cause_of(links) == Cause("start", Station(Kind.ROBOT, 2), 8.9)
+        assert links[3].message.receiver == Station(StationKind.CELL, 7)
+        assert cause_of(links) == Cause("start", Station(StationKind.ROBOT, 2), 8.9)
 
     def test_a_new_word_without_a_robot_before_is_its_module_s(self, trail: TrailMaker) -> None:
-        trail.frame(5, 0, 8.0, message(6), Kind.CELL)
-        trail.between(Station(Kind.ROBOT, 2), Station(Kind.CELL, 8), 9.9, message(4))
-        assert cause_of(chain_of(trail)) == Cause("cell", Station(Kind.CELL, 5), 10.0)
+        trail.frame(5, 0, 8.0, message(6), StationKind.CELL)
+        trail.between(Station(StationKind.ROBOT, 2), Station(StationKind.CELL, 8), 9.9, message(4))
+        assert cause_of(chain_of(trail)) == Cause("cell", Station(StationKind.CELL, 5), 10.0)
 
     def test_depth_ends_a_chain_at_a_cell_too(self, trail: TrailMaker) -> None:
-        trail.frame(5, 0, 8.0, message(6), Kind.CELL)
-        trail.between(Station(Kind.ROBOT, 2), Station(Kind.CELL, 4), 9.9, message(4))
+        trail.frame(5, 0, 8.0, message(6), StationKind.CELL)
+        trail.between(Station(StationKind.ROBOT, 2), Station(StationKind.CELL, 4), 9.9, message(4))
         assert cause_of(chain_of(trail, depth=1)).kind == "depth"
 
 

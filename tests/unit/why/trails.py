@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from kilotwin.runs.columns import StationKind
 from kilotwin.runs.trail import Recorded
-from kilotwin.studies.why.facts import During, Facts, Kind, Path, Station, What
+from kilotwin.studies.why.facts import During, Facts, Path, Station, What
 
 ARRIVAL = [
     ("begin_s", "<f8"),
@@ -48,7 +49,7 @@ SENDING = [
 ]
 FRAME_S = 0.004
 BUFFER = 0x200  # where all robots have their message
-ROBOT = Kind.ROBOT
+ROBOT = StationKind.ROBOT
 
 
 def message(*data: int) -> bytes:
@@ -65,7 +66,7 @@ class TrailMaker:
     sendings: list[tuple[object, ...]] = field(default_factory=list)
 
     def frame(
-        self, sender: int, receiver: int, begin_s: float, data: bytes, kind: Kind = ROBOT
+        self, sender: int, receiver: int, begin_s: float, data: bytes, kind: StationKind = ROBOT
     ) -> float:
         """One that is received by a robot; returns when."""
         return self.between(Station(kind, sender), Station(ROBOT, receiver), begin_s, data)

@@ -136,6 +136,7 @@ extern const uint8_t is_counted[];
     do {                                                                          \
         const uint64_t most_ = left > 0 ? (uint64_t)(left / (took)) : 0;          \
         left -= (int64_t)translated_count_on(&counted, M, pass_, most_) * (took); \
+        NOTE_COUNTED(&counted);                                                   \
     } while (0)
 /// A pass begins.
 #define NOTE_COUNTERS translated_note_counters(&counted, M, pass_)

@@ -111,6 +111,7 @@ void KnownPass::add_to_first(const PathCondition &more) {
         const bool is_said = has(rest.conditions, one) || has(rest.conditions, before);
         if (!is_said && !has(first.conditions, one)) first.conditions.push_back(one);
     }
+    first.changes |= more.changes;
 }
 
 uint32_t KnownPass::lasts(const uint8_t *data, uint32_t ticks) const {

@@ -14,10 +14,13 @@
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_PASSES_KNOWN_PASS_H
 #define KILOTWIN_ROBOTS_TRANSLATED_PASSES_KNOWN_PASS_H
 
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
+
+#include "base/registers.h"
 
 namespace kilotwin {
 
@@ -74,6 +77,8 @@ struct PathCondition {
     /// Bytes of registers, I/O and SRAM, by address; then conditions on the clock.
     std::vector<Equal> equal;
     std::vector<BranchCondition> conditions;
+    /// Bytes that are other ones meanwhile, and those of the stack.
+    std::bitset<atmega328p::SRAM_END> changes;
 
     /// For how many ticks, this one included, a state meets it; 0: it does not. At most MOST_TICKS.
     uint32_t lasts(const uint8_t *data, uint32_t ticks) const;
@@ -121,7 +126,8 @@ struct KnownPass {
     PathCondition first;                   ///< of the first pass of a tick, in that tick
     mutable uint8_t looks_for_copies = 0;  ///< how often none were found
 
-    /// Adds to `first` what `rest` does not imply, which is checked up to the tick before the end.
+    /// Adds to `first` what `rest` does not imply, which is checked up to the tick before the end,
+    /// and its changes.
     void add_to_first(const PathCondition &more);
     /// For how many ticks, this one included, passes take these paths; 0: they do not.
     uint32_t lasts(const uint8_t *data, uint32_t ticks) const;

@@ -255,6 +255,10 @@ PathCondition PassTracer::path_condition() {
     for (uint16_t at = 0; at < DATA_END; at++)
         if (equal_[at]) on.equal.push_back({at, before_[at]});
     on.conditions = std::move(conditions_);
+    on.changes = changed_;
+    const int below = std::max(deepest_ - INTERRUPTED, int{IO_END});
+    for (int at = below; at <= stack_ && at < DATA_END; at++)
+        on.changes.set(static_cast<size_t>(at));
     return on;
 }
 
@@ -392,6 +396,8 @@ void PassTracer::store(uint16_t address, Byte byte, uint8_t value) {
     }
     memory_[address] = byte;
     written_.set(address);
+    const bool stays = byte.kind == Byte::BEFORE && byte.place == address;
+    if (byte.kind != Byte::CONSTANT ? !stays : copy_[address] != value) changed_.set(address);
 }
 
 uint16_t PassTracer::pointer(unsigned pair) const {

@@ -211,7 +211,7 @@ class PassTracer : private translated_chip_t {
     // Where each byte comes from; of memory_ those that the pass has written.
     std::array<Byte, 0x20> registers_;
     std::array<Byte, DATA_END> memory_ = {};
-    std::bitset<DATA_END> written_, loaded_, equal_;
+    std::bitset<DATA_END> written_, changed_, loaded_, equal_;
     std::vector<LinearForm> sums_;
     std::vector<bool> known_;  ///< sums whose bytes must be equal
     std::vector<Chain> chains_;

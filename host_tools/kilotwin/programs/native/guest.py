@@ -39,7 +39,7 @@ from kilotwin.programs.cache import (
 from kilotwin.programs.confined_tools import CANNOT_START, confined, scratch_of
 from kilotwin.programs.image.flags import avr_words, clock_define
 from kilotwin.programs.includes import files_read
-from kilotwin.programs.native import period
+from kilotwin.programs.native import look, period
 
 # Besides the robot's dialect, and nothing that would make results differ between compilers.
 _FLAGS = [
@@ -126,8 +126,6 @@ _OUT_OF_LIMITS = re.compile(
 )
 _KILLED = re.compile(r"Killed signal terminated|CPU time limit exceeded")
 
-_SUGGESTION = re.compile(r"implicit declaration of function '(\w+)'.*did you mean '(\w+)'")
-
 # A change of a program's preprocessed text; gets the folders of headers that are not the program's.
 _Change = Callable[[str, Sequence[str]], str]
 
@@ -173,13 +171,16 @@ def build(
     version = compiler_version(compiler)
     flags = [*flags, *(_COVERED_FLAGS if covered else ())]
     more_of_side = _COVERED_SIDE if covered else ()
-    builder = _Builder(program, compiler, version, flags, more_of_side, notify=notify)
+    builder = Builder(program, compiler, version, flags, more_of_side, notify=notify)
     key = builder.key()
     file = cache_folder() / key / f"{program.name}.so"
     if not is_built(file, notify):
         with building(f"compiling {program.written}", file.parent, notify):
             file.parent.mkdir(parents=True, exist_ok=True)
             builder.build(file)
+            look.note_missing_returns(program, builder, file)
+    if missing := look.missing_returns(file):
+        notify(missing)
     return Guest(program.name, file, key, version, file)
 
 
@@ -206,7 +207,7 @@ def _major(version: str) -> int:
     return int(number[1]) if number else 0
 
 
-class _Builder:
+class Builder:
     """Paths and flags of one build."""
 
     def __init__(
@@ -273,12 +274,16 @@ class _Builder:
             *extra,
         ]
 
-    @property
-    def flags_to_look(self) -> list[str]:
-        """Flags that warn of undeclared names in the program's own sources."""
-        quiet = {"-w", "-Wno-implicit-function-declaration"}
-        kept = [word for word in self._program_flags if word not in quiet]
-        return [*kept, "-Wimplicit-function-declaration"]
+    def said_of(self, warning: str, *how: str) -> str:
+        """The compiler's words on the program's own sources with one warning; `how`: flags in place
+        of those for an object. What does not compile says nothing."""
+        kept = [word for word in self._program_flags if word not in ("-w", f"-Wno-{warning}")]
+        said: list[str] = []
+        for source in self._program.sources:
+            command = [self._compiler, *kept, f"-W{warning}", *how, str(source)]
+            with contextlib.suppress(InputError):
+                run_tool(command, "", linking.ENGLISH, confine=True, warned=said.append)
+        return "".join(said)
 
     def key(self) -> str:
         """The hash of compiler, flags, and every file that is read, or may be."""
@@ -457,19 +462,6 @@ class _Builder:
             environment,
             confine=command[0] == self._compiler,
         )
-
-
-def suggestions(program: Program) -> dict[str, str]:
-    """Names that the compiler suggests for undeclared functions, by these; none of a compiler that
-    suggests nothing."""
-    compiler = find_compiler()
-    flags = _Builder(program, compiler, compiler_version(compiler)).flags_to_look
-    said: list[str] = []
-    for source in program.sources:
-        command = [compiler, *flags, "-fsyntax-only", str(source)]
-        with contextlib.suppress(InputError):
-            run_tool(command, "", linking.ENGLISH, confine=True, warned=said.append)
-    return dict(_SUGGESTION.findall("".join(said)))
 
 
 def read_by(

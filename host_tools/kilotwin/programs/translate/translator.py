@@ -132,7 +132,7 @@ def translate(
     head = _HEAD if seam is None else _GUEST_HEAD + _HEAD
     if code.counters:
         head = _COUNTER_HEAD + head
-    if variant == "watched":
+    if variant in ("watched", "debugged"):
         head = _WATCHED_HEAD + head
     if variant == "covered":
         head += f"extern {_COVERAGE};\n"

@@ -5,6 +5,7 @@ Each process has a link of its own (`slot`) to the one that leads. It obeys:
 
     fork    another process on another link goes on from here, as a `go` says
     go      this one does
+    note    from here on it says at each checkpoint which bytes of a robot may have changed
     chip    registers and memory of a robot
     hash    the run's result so far
     end     no more of it
@@ -15,6 +16,7 @@ and says `checkpoint` (may it fork one?), `stop` (a robot's instruction), `stand
 import base64
 import os
 import select
+import time
 from collections import deque
 from collections.abc import Sequence
 from typing import Any, NoReturn
@@ -45,7 +47,9 @@ class HeldWorld(Companion):
         self._stand_at = -NEVER
         self._rush_to = -NEVER
         self._listens = self._holds = False
-        self._forks_at: deque[int] = deque()
+        self._noted_since: int | None = None  # the tick; None: nothing is noted
+        self._forks_at: deque[tuple[int, float]] = deque()
+        self._forked_at_s = 0.0  # CPU time of this process
 
     @property
     def _link(self) -> Link:
@@ -53,9 +57,10 @@ class HeldWorld(Companion):
 
     def step(self, now: int) -> None:
         """Forks a checkpoint if one is due, and stands still if it is to."""
-        while self._forks_at and self._forks_at[0] <= now:
-            self._forks_at.popleft()
-            self._fork_checkpoint(now)
+        while self._forks_at and self._forks_at[0][0] <= now:
+            _, behind_s = self._forks_at.popleft()
+            if time.process_time() - self._forked_at_s >= behind_s:
+                self._fork_checkpoint(now)
         if now >= self._stand_at:
             self._stand_at = NEVER
             self._say("stand", now)
@@ -67,7 +72,7 @@ class HeldWorld(Companion):
     def next_due(self) -> int:
         """The next tick at which it acts. Near what is wanted the world goes step by step, so that
         no robot is ahead of another by more."""
-        due = min(self._stand_at, self._forks_at[0] if self._forks_at else NEVER)
+        due = min(self._stand_at, self._forks_at[0][0] if self._forks_at else NEVER)
         now = self._simulation.tick
         return min(due, self._rush_to if now < self._rush_to else now + 1)
 
@@ -110,6 +115,9 @@ class HeldWorld(Companion):
                     if self._fork(order["slot"]):
                         self._go(order["go"])
                         return
+                case "note":
+                    self._simulation.note_written(order["robot"])
+                    self._noted_since = self._simulation.tick
                 case "chip":
                     self._answer(_readable(self._simulation.chip(order["robot"])))
                 case "cycle":
@@ -131,14 +139,20 @@ class HeldWorld(Companion):
             self._simulation.want(go["wanted"])
         self._stand_at = NEVER if go["stand_at"] is None else go["stand_at"]
         self._rush_to = NEVER if go["rush_to"] is None else go["rush_to"]
-        self._forks_at = deque(go["forks_at"])
+        self._forks_at = deque((tick, behind_s) for tick, behind_s in go["forks_at"])
         self._listens = go["listens"]
 
     def _fork_checkpoint(self, now: int) -> None:
         """Asks whether this tick is to have one. The fork stands there until it is told more."""
-        self._answer({"type": "checkpoint", "tick": now})
+        written = None
+        if self._noted_since is not None:
+            written = [self._noted_since, now, self._simulation.take_written()]
+            self._noted_since = now
+        self._answer({"type": "checkpoint", "tick": now, "written": written})
         slot = self._receive()["slot"]
-        if slot is None or not self._fork(slot):
+        is_new = slot is not None and self._fork(slot)
+        self._forked_at_s = time.process_time()
+        if not is_new:
             return
         self._forks_at.clear()
         self._stand_at, self._listens = NEVER, False

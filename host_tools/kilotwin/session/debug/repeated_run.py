@@ -13,20 +13,22 @@ from kilotwin.experiment.text import Setting
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.group import build_all, settled, symbols_of
 from kilotwin.programs.translate.translation import translated_guest
-from kilotwin.runs.folder import FINISHED, MANIFEST
+from kilotwin.runs.folder import EXPERIMENT, FINISHED, MANIFEST
 from kilotwin.runs.reader import Run
 from kilotwin.session.acts import Act, acts_of
 from kilotwin.session.black_box import BlackBox
 from kilotwin.session.debug.travel import Travel
 from kilotwin.session.debug.world_process import Held
 from kilotwin.session.job import Job
-from kilotwin.session.verify import experiment_of
+from kilotwin.session.verify import check_translated, experiment_of
 
 
 @dataclass(frozen=True)
 class Repeated:
-    """`result_hash` is that of the recorded run, "" if there is none to compare with."""
+    """`file`: the experiment file; of a recorded run that in its folder. `result_hash` is that of
+    the recorded run, "" if there is none to compare with."""
 
+    file: Path
     experiment: Experiment
     acts: tuple[Act, ...] = ()
     result_hash: str = ""
@@ -37,14 +39,14 @@ class Repeated:
         cannot be repeated: real robots, hosts outside."""
         folder = target.parent if target.name == MANIFEST else target
         if not (folder / MANIFEST).is_file():
-            return Repeated(Experiment.load(target, settings))
+            return Repeated(target, Experiment.load(target, settings))
         if settings:
             raise InputError("--set, --seed: a recorded run is repeated as it was; leave them out")
         run = Run.open(folder)
         experiment = experiment_of(run, run.robots())
         finished = run.manifest["status"] == FINISHED
         hash_ = str(run.manifest["summary"]["result_hash"]) if finished else ""
-        return Repeated(experiment, acts_of(run.events()), hash_)
+        return Repeated(folder / EXPERIMENT, experiment, acts_of(run.events()), hash_)
 
     @property
     def duration_s(self) -> float:
@@ -62,7 +64,12 @@ def travel_in(
     """The run, which has not begun; and the .elf of each robot's program that can be held, by the
     robot's index. InputError if one of `robots` cannot be."""
     experiment = settled(repeated.experiment, notify)
-    _check(experiment, robots)
+    for robot in robots:
+        cannot = "gdb holds none"
+        if experiment.group_of(robot).on_board:
+            again = f"kilotwin run {repeated.file} --gdb {experiment.uid_of(robot)}"
+            cannot = f"gdb has no way back (without one: {again})"
+        check_translated(experiment, robot, cannot, f"kilotwin debug {repeated.file}")
     guests, modules = build_all(experiment, notify)
     held = {}
     symbols: dict[int, Path] = {}
@@ -70,7 +77,8 @@ def travel_in(
     for group, guest in zip(experiment.groups, guests, strict=True):
         if group.tier == "translated":
             debugged = translated_guest(group.program, notify, variant="debugged")
-            held[guest.file] = Held(group.program.name, guest.file, debugged.file)
+            watched = translated_guest(group.program, notify, variant="watched")
+            held[guest.file] = Held(group.program.name, guest.file, debugged.file, watched.file)
             assert guest.symbols is not None
             symbols.update(dict.fromkeys(range(first, first + group.count), guest.symbols))
         first += group.count
@@ -87,22 +95,6 @@ def travel_in(
         )
         with Travel(job, list(held.values()), interrupted=interrupted) as travel:
             yield travel, symbols
-
-
-def _check(experiment: Experiment, robots: Sequence[int]) -> None:
-    for robot in robots:
-        uid = experiment.uid_of(robot)
-        tier = experiment.group_of(robot).tier
-        if tier == "translated":
-            continue
-        if tier == "native":
-            group = experiment.group_index(robot)
-            key = f"robots.{group}.cpu" if experiment.keys.robots else "swarm.cpu"
-            what = "runs natively, as code of this computer, which gdb cannot hold in a simulation"
-            remedy = f"let it run translated, the same source: --set {key}=translated"
-            raise InputError(f"robot {uid} {what}; {remedy}")
-        what = "runs on a simulated ATmega328P, which is held without a way back"
-        raise InputError(f"robot {uid} {what}; type: kilotwin run EXPERIMENT --gdb {uid}")
 
 
 def moment(at_s: float | None, duration_s: float) -> float:

@@ -3,7 +3,8 @@
 A place is an instruction of a robot: its index, and its own cycles since power-up, of which no two
 instructions have the same. To go back to a place, the last checkpoint before it is forked and runs
 up to it; to find where something happened last, one checkpoint after the other, from the present
-back, is forked and runs up to the next, and notes.
+back, is forked and runs up to the next, and notes. Left out are those up to whose next one nothing
+that is watched can have changed: that is noted of the robot that is held first.
 """
 
 import base64
@@ -14,7 +15,7 @@ import signal
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from kilotwin.session.debug.checkpoints import (
     MOST,
     MOST_BYTES,
     Checkpoint,
+    Written,
     latest,
     least_needed,
     on_the_way,
@@ -40,6 +42,9 @@ _MOST_AT_ONCE = 4
 _LINKS = MOST + _MOST_AT_ONCE + 3
 _EVERY_S = 10.0
 """From checkpoint to checkpoint when a run is repeated; more in a long one."""
+FAR_S, NEAR_S = 0.3, 0.03
+"""CPU time that lies between two checkpoints far from the present, and near it: to fork one, and to
+go on with memory that is shared then, takes some 10 ms."""
 _LONGEST_LOG = 1 << 16
 _ASK_S = 0.05
 _LONGEST_STEP = 4  # ticks of a world step
@@ -152,14 +157,17 @@ class Travel:
         duration = ticks(self.job.experiment.keys.duration_s)
         self._every = max(ticks(_EVERY_S), duration // MOST)
         robot = self.robots[0]
+        self._written = Written(robot, begin)
+        self._links[self._present.slot].send({"do": "note", "robot": robot})
         cycle = self._ask(self._present, do="cycle", robot=robot, at_s=at_s)["cycle"]
         place = Place(robot, cycle)
         end = ticks(at_s)
         last = max(begin, end - 2 * _LONGEST_STEP)
-        forks = {begin, last, *range(0, last, self._every), *on_the_way(max(begin, 0), end)}
+        near = (at for at in on_the_way(max(begin, 0), end) if at < last)
+        forks = _forks(range(0, last, self._every), near, [begin, last])
         self.now = Stop(place, begin, "begin")
         # Up to there it goes at full speed: no robot is held yet.
-        self._go(self._present, stand_at=last, forks_at=sorted(at for at in forks if at <= last))
+        self._go(self._present, stand_at=last, forks_at=forks)
         if self._await(self._present)["type"] == "over":
             return self._at_end()
         self._go(self._present, **self._up_to(place, self._tick_of(place)))
@@ -175,7 +183,7 @@ class Travel:
             return self.now
         begin = (self.now.tick // self._every + 1) * self._every
         end = ticks(self.job.experiment.keys.duration_s)
-        due = [] if step else list(range(begin, end, self._every))
+        due = [] if step else _forks(range(begin, end, self._every))
         self._go(
             self._present,
             wanted=_order(wanted, step=step),
@@ -214,7 +222,12 @@ class Travel:
         # Where several are held it goes step by step, so that what was last was so in all of them.
         rush_to = _FAR if len(self.robots) == 1 else -_FAR
         ends = [*(one.tick for one in before[1:]), tick]
-        looks = list(reversed(list(zip(before, ends, strict=True))))
+        looks = [
+            (one, end)
+            for one, end in zip(before, ends, strict=True)
+            if self._may_be_in(wanted, one.tick, end)
+        ]
+        looks.reverse()
         worlds: deque[_World] = deque()
         found: Message | None = None
         while found is None and (looks or worlds):
@@ -239,6 +252,13 @@ class Travel:
             self._end(world)
         return found
 
+    def _may_be_in(self, wanted: Wanted, begin: int, end: int) -> bool:
+        """Whether what is wanted may have happened between two ticks."""
+        beside = wanted.breakpoints or wanted.message or wanted.colour is not None
+        if beside or self.robots != [self._written.robot]:
+            return True
+        return any(self._written.may_be_in(begin, end, *one) for one in wanted.watches)
+
     def go_to(self, place: Place) -> Stop:
         """To an instruction, or the first one of that robot behind it."""
         tick = self._tick_of(place)
@@ -256,7 +276,7 @@ class Travel:
     def _from(self, checkpoint: Checkpoint, place: Place, tick: int) -> Stop:
         """From a checkpoint to a place, in that tick."""
         far = range(checkpoint.tick + self._every, tick - self._every, self._every)
-        forks = sorted({*far, *on_the_way(checkpoint.tick, tick - 1)})
+        forks = _forks(far, on_the_way(checkpoint.tick, tick - 1))
         world = self._fork(checkpoint, **self._up_to(place, tick), forks_at=forks)
         reply = self._await(world)
         if self._present is not None:
@@ -370,6 +390,8 @@ class Travel:
         while True:
             message = self._receive(world, asks=asks)
             if message["type"] == "checkpoint":
+                if message["written"] is not None:
+                    self._written.add(*message["written"])
                 self._take_checkpoint(world, message["tick"])
             elif message["type"] == "error":
                 raise RunError(message["message"])
@@ -426,6 +448,19 @@ _ORDER: Message = {
     "forks_at": [],
     "listens": False,
 }
+
+
+def _forks(
+    far: Iterable[int], near: Iterable[int] = (), here: Iterable[int] = ()
+) -> list[tuple[int, float]]:
+    """Ticks at which a world forks checkpoints, and how much CPU time behind the last one each has
+    to be."""
+    behind_s = {
+        **dict.fromkeys(far, FAR_S),
+        **dict.fromkeys(near, NEAR_S),
+        **dict.fromkeys(here, 0.0),
+    }
+    return sorted(behind_s.items())
 
 
 def _order(

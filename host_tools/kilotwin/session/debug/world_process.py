@@ -33,11 +33,12 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Held:
     """A program that a debugger can hold: the file that the engine loads, and the code beside it of
-    robots that are held."""
+    robots that are held, and of one of which it is noted what it writes."""
 
     name: str
     file: Path
     debugged: Path
+    watched: Path
 
 
 class _NoWriter:
@@ -114,7 +115,7 @@ def _repeat(job: Job, held: Sequence[Held], links: Sequence[Link]) -> None:
     def load_confined() -> None:
         _confine(job, held)
         for one in held:
-            _emulator.hold_by(str(one.file), one.name, str(one.debugged))
+            _emulator.hold_by(str(one.file), one.name, str(one.debugged), str(one.watched))
 
     try:
         trial = Trial(
@@ -145,7 +146,10 @@ def _confine(job: Job, held: Sequence[Held]) -> None:
         import kilotwin.session.steering  # noqa: F401 (a confined process could not)
     confine_process(
         job.experiment.size,
-        readable=[*map(Path, job.all_guests), *(one.debugged for one in held)],
+        readable=[
+            *map(Path, job.all_guests),
+            *(file for one in held for file in (one.debugged, one.watched)),
+        ],
         writable=[] if job.black_box is None else [Path(job.black_box)],
         forks_bytes=MOST_BYTES,
     )

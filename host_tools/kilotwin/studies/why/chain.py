@@ -13,13 +13,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from kilotwin.runs.columns import StationKind
 from kilotwin.studies.why.facts import (
     NEVER_S,
     Change,
     During,
     Facts,
     Input,
-    Kind,
     Message,
     Path,
     Station,
@@ -175,7 +175,7 @@ class _Chain:
 
     def _never_changed(self, question: Question) -> None:
         kind = "start" if self._facts.is_whole else "forgotten"
-        self._end(kind, Station(Kind.ROBOT, question.robot), question.at_s)
+        self._end(kind, Station(StationKind.ROBOT, question.robot), question.at_s)
 
     def _follow_change(
         self, change: Change, name: str, was: bytes, now: bytes, first: int = 0
@@ -225,7 +225,7 @@ class _Chain:
         named = code.reads(robot, change.path)
         read = [step for step in steps if code.variable(robot, step.address) in named]
         inputs = self._inputs(change)
-        here = Station(Kind.ROBOT, robot)
+        here = Station(StationKind.ROBOT, robot)
         alone = Cause("alone" if change.tick > 1 else "start", here, change.at_s)
         if read and read[-1].at_s > change.before_s:
             return alone, read[-1]
@@ -245,7 +245,7 @@ class _Chain:
     def _follow_heard(self, change: Change, since_s: float) -> None:
         """The message that a callback got which made the change."""
         message = self._facts.heard(change)
-        here = Station(Kind.ROBOT, change.robot)
+        here = Station(StationKind.ROBOT, change.robot)
         if message is None:
             self._end("forgotten", here, change.at_s)
             return
@@ -257,10 +257,14 @@ class _Chain:
     def _follow_message(self, message: Message) -> None:
         """Follows a message to what the sender's code made it of."""
         sender = message.sender
-        if sender.kind == Kind.CELL:
+        if sender.kind == StationKind.CELL:
             self._follow_cell(message)
-        elif sender.kind != Kind.ROBOT:
-            names = {Kind.ABOVE: "overhead", Kind.COMMAND: "command", Kind.BEACON: "beacon"}
+        elif sender.kind != StationKind.ROBOT:
+            names = {
+                StationKind.OVERHEAD: "overhead",
+                StationKind.COMMAND: "command",
+                StationKind.BEACON: "beacon",
+            }
             self._end(names.get(sender.kind, "floor"), sender, message.begin_s)
         elif not self._code.is_watched(sender.number):
             self._end("native", sender, message.begin_s)
@@ -322,7 +326,7 @@ class _Chain:
             self._end("cell", cell, message.begin_s)
             return
         began_s = said[since].begin_s
-        first = Station(Kind.CELL, cell.number // _MODULE_CELLS * _MODULE_CELLS)
+        first = Station(StationKind.CELL, cell.number // _MODULE_CELLS * _MODULE_CELLS)
         heard = self._facts.messages_to(first, began_s - _SOON_S, began_s, _MODULE_CELLS)
         self.links.append(CellTold(cell.number, began_s, said[since - 1].data, message.data))
         if not heard or self._left <= 0:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kilotwin.runs.columns import StationKind
 from kilotwin.runs.trail import Recorded
 
 NEVER_S = -math.inf
@@ -16,17 +17,6 @@ NEVER_S = -math.inf
 
 Path = tuple[int, ...]
 """Where code was: addresses, the innermost first."""
-
-
-class Kind(IntEnum):
-    """Senders and receivers, as Trail::Kind of the engine."""
-
-    ROBOT = 0
-    CELL = 1
-    BEACON = 2
-    ABOVE = 3
-    COMMAND = 4
-    FLOOR = 5
 
 
 class What(IntEnum):
@@ -51,7 +41,7 @@ class During(IntEnum):
 class Station:
     """A sender or receiver, with its number among those of its kind."""
 
-    kind: Kind
+    kind: StationKind
     number: int
 
 
@@ -167,7 +157,7 @@ class Facts:
     def heard(self, change: Change) -> Message | None:
         """The message that the callback got which made the change."""
         rows = self._arrivals
-        here = (rows["to_kind"] == Kind.ROBOT) & (rows["to"] == change.robot)
+        here = (rows["to_kind"] == StationKind.ROBOT) & (rows["to"] == change.robot)
         found = rows[here & (rows["at_s"] == change.heard_s)]
         return _message(found[min(change.heard_nth, len(found) - 1)]) if len(found) else None
 
@@ -229,8 +219,8 @@ def _message(row: Any) -> Message:
     return Message(
         float(row["begin_s"]),
         float(row["at_s"]),
-        Station(Kind(int(row["from_kind"])), int(row["from"])),
-        Station(Kind(int(row["to_kind"])), int(row["to"])),
+        Station(StationKind(int(row["from_kind"])), int(row["from"])),
+        Station(StationKind(int(row["to_kind"])), int(row["to"])),
         bytes(row["bytes"].tobytes()),
     )
 

@@ -16,7 +16,7 @@ from kilotwin.runs.trail import Trail, read_trail
 from kilotwin.session.acts import acts_of
 from kilotwin.session.display import Display
 from kilotwin.session.run import run
-from kilotwin.session.verify import check_repeatable
+from kilotwin.session.verify import check_repeatable, check_translated
 from kilotwin.studies.why.chain import Link, Question, explain
 from kilotwin.studies.why.facts import Facts, What
 from kilotwin.studies.why.programs import Programs
@@ -56,7 +56,8 @@ def ask(folder: Path, asked: Asked, command_line: list[str], display: Display) -
     experiment = _experiment(before, asked)
     robot = experiment.robot_named(asked.robot, "--robot")
     experiment = settled(experiment, display.note)
-    _check_tier(experiment, folder, robot, asked)
+    typed = f"kilotwin run {folder / EXPERIMENT}"
+    check_translated(experiment, robot, "no store is seen", typed)
     programs = Programs(experiment)
     question = _question(programs, robot, asked)
     trail = Trail(
@@ -93,20 +94,6 @@ def _experiment(before: Run, asked: Asked) -> Experiment:
             f"--at {asked.at_s:g}: the run goes from 0 to {ran:g} s; name a moment in it"
         )
     return Experiment.load(before.folder / EXPERIMENT, [])
-
-
-def _check_tier(experiment: Experiment, folder: Path, robot: int, asked: Asked) -> None:
-    group = experiment.group_of(robot)
-    if group.tier == "translated":
-        return
-    if not group.program.sources:
-        what = "runs a .hex, of which neither lines nor variables are known; name its program"
-        raise InputError(f"{folder}: robot {asked.robot} {what}")
-    ran = "natively" if group.tier == "native" else "on an ATmega328P"
-    raise InputError(
-        f"{folder}: robot {asked.robot} ran {ran}, where no store is seen; repeat the run by its "
-        f"machine code: kilotwin run {folder / EXPERIMENT} --set swarm.cpu=translated"
-    )
 
 
 def _question(programs: Programs, robot: int, asked: Asked) -> Question:

@@ -9,9 +9,10 @@ import numpy as np
 
 from kilotwin.experiment.colours import LED_COLOURS, led_rgb
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.columns import StationKind
 from kilotwin.runs.reader import Run
 from kilotwin.studies.why.chain import Cause, CellTold, Changed, Link, Received
-from kilotwin.studies.why.facts import During, Kind, Station
+from kilotwin.studies.why.facts import During, Station
 from kilotwin.units import TICK_S
 
 LED, MOTORS, MESSAGE = "led", "motors", "message"
@@ -50,7 +51,7 @@ class Story:
             }
             for link in links
             if isinstance(link, Received)
-            and link.message.sender.kind == link.message.receiver.kind == Kind.ROBOT
+            and link.message.sender.kind == link.message.receiver.kind == StationKind.ROBOT
         ]
 
     def _told(self, link: Link, links: Sequence[Link]) -> list[str]:
@@ -59,14 +60,15 @@ class Story:
         if isinstance(link, Received):
             return self._received(link)
         if isinstance(link, CellTold):
+            cell = self._name(Station(StationKind.CELL, link.cell))
             return [
-                f"{self._name(Station(Kind.CELL, link.cell))} sends {_message(link.now)} since "
+                f"{cell} sends {_message(link.now)} since "
                 f"{link.since_s:.3f} s, before it was {_message(link.was)}"
             ]
         return [f"first cause: {self._cause(link, _last_receiver(links))}"]
 
     def _changed(self, link: Changed) -> list[str]:
-        robot = self._name(Station(Kind.ROBOT, link.robot))
+        robot = self._name(Station(StationKind.ROBOT, link.robot))
         what = _thing(link)
         during = _DURING.get(link.during, f"in the main loop at its tick {link.tick}")
         told = [
@@ -142,16 +144,16 @@ class Story:
 
     def _name(self, station: Station) -> str:
         number = station.number
-        if station.kind == Kind.ROBOT:
+        if station.kind == StationKind.ROBOT:
             return f"robot {self.run.uid_of(number)}"
-        if station.kind == Kind.CELL and self.experiment.keys.grid is not None:
+        if station.kind == StationKind.CELL and self.experiment.keys.grid is not None:
             module, cell = divmod(number, _MODULE_CELLS)
             y, x = divmod(module, self.experiment.keys.grid.columns)
             return f"cell {cell} ({_CELL_PLACES[cell]}) of module ({x}, {y})"
         names = {
-            Kind.ABOVE: f"overhead controller {number + 1}",
-            Kind.COMMAND: "a [[command]]",
-            Kind.BEACON: f"beacon {number + 1}",
+            StationKind.OVERHEAD: f"overhead controller {number + 1}",
+            StationKind.COMMAND: "a [[command]]",
+            StationKind.BEACON: f"beacon {number + 1}",
         }
         return names.get(station.kind, "the floor")
 
@@ -161,7 +163,7 @@ class Story:
         return f" at ({place[0]:.3f}, {place[1]:.3f}) m" if place else ""
 
     def _place(self, station: Station, at_s: float) -> tuple[float, float] | None:
-        if station.kind != Kind.ROBOT:
+        if station.kind != StationKind.ROBOT:
             return None
         rows = self.run.robots()
         if "x_m" not in rows.column_names:
@@ -211,7 +213,7 @@ class Story:
         if isinstance(link, CellTold):
             return {
                 "link": "cell",
-                "cell": self._name(Station(Kind.CELL, link.cell)),
+                "cell": self._name(Station(StationKind.CELL, link.cell)),
                 "since_s": link.since_s,
                 "was": link.was.hex(),
                 "now": link.now.hex(),
