@@ -178,3 +178,14 @@ def test_a_variation_near_another_takes_over_drops_or_adds() -> None:
     assert any(not it.puts for it in near)
     assert any(it.seed == 1 for it in near)
     assert mutated(chance, moves, Variation(seed=3), Variation(seed=4)) != Variation(seed=3)
+
+
+def test_clocks_uids_and_moments_are_often_about_constants_of_the_program() -> None:
+    ground = replace(GROUND, constants=(3, 700, 40_000))
+    clocks = [it.puts[0].value * 30.517578125 for it in often(ground, "clocks at the start")]
+    uids = [it.uids[0] for it in often(ground, "uids")]
+    spells = [it.additions[-1] for it in often(ground, "deaf or mute for a while")]
+    near = [700 / 30.517578125 - at for at in (it.of("at_s") for it in spells) if at is not None]
+    assert sum(39_600 < at < 40_000 for at in clocks) > 20
+    assert sum(abs(uid - 700) <= 1 for uid in uids) > 5
+    assert sum(abs(at) <= 2 for at in near) > 40

@@ -1,4 +1,4 @@
-"""Ten planted bugs: each is found, shrunk to at most three robots and 30 s, and fails each time."""
+"""Planted bugs: each is found, shrunk to at most three robots and 30 s, and fails each time."""
 
 import json
 import subprocess
@@ -18,11 +18,14 @@ KILOTWIN = Path(sys.executable).with_name("kilotwin")
 # A bug by its program, and the line it is to be found at or the expectation that shows it.
 BUGS = {
     "torn_bytes": "led.red == 0",
+    "torn_fields": "led.red == 0",
+    "torn_element": "led.red == 0",
     "after_an_hour": "led.",
     "tick_modulo": "led.red == 0",
     "full_table": "no_busy_wait",
     "lost_wakeup": "led.yellow == 0",
     "rewritten": "led.red == 0",
+    "half_written": "led.red == 0",
     "no_way_out": "led.yellow == 0",
     "small_ids": "no_",
     "nobody_near": "no_",
@@ -52,7 +55,11 @@ def fails_each_time(found: dict[str, object], times: int) -> None:
     (task,) = tasks_of(experiment, 1, 60.0, lambda _: None, sanitized=is_sanitized)
     answers = run_series([task] * times)
     outcomes = [outcome_of(experiment, ran_of(task, one), "plain") for one in answers]
-    assert all(any(fault.expected == found["expected"] for fault in one.faults) for one in outcomes)
+    # What is to hold throughout the run is written for a shorter one.
+    wanted = str(found["expected"]).partition(",")[0]
+    assert all(
+        any(fault.expected.partition(",")[0] == wanted for fault in one.faults) for one in outcomes
+    )
     assert len({one.result_hash for one in outcomes}) == 1
 
 

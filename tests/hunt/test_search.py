@@ -11,7 +11,7 @@ import pytest
 
 from kilotwin.studies.hunt.folder import State, opened
 from kilotwin.studies.hunt.search import (
-    GENERATION,
+    GENERATION_LEAST,
     Budget,
     Search,
     breaking,
@@ -25,6 +25,7 @@ from kilotwin.studies.pool.pool import Pool
 CRASH = Fault("no_crash = true", "walk.c", 7, "robot 1 (walk) at 1.2 s: crash")
 EXPECTED = Fault('that = "led.red == 0"', "", 0, "led.red = 1 at 3 s")
 NOBODY = cast(Pool, None)
+GENERATION = GENERATION_LEAST
 Law = Callable[[Variation, Tier], Outcome]
 
 
@@ -71,6 +72,7 @@ def search(law: Law, folder: Path, tiers: Sequence[Tier] = ("plain",)) -> Search
         opened(folder, "it", 1),
         folder,
         Whole(4, 60.0, (), ()),
+        GENERATION,
         print,
     )
 
@@ -89,7 +91,7 @@ def test_a_generation_begins_with_the_experiment_as_it_is_on_each_tier(tmp_path:
     hunted(one, GENERATION)
     asked = cast(FakeLaboratory, one.laboratory).asked
     assert asked[:2] == [(Variation(), "plain"), (Variation(), "sanitized")]
-    assert [tier for _, tier in asked].count("sanitized") == 5
+    assert [tier for _, tier in asked].count("sanitized") == 3
 
 
 def test_the_same_seed_and_trials_give_the_same_hunt_however_it_was_stopped(
@@ -175,11 +177,11 @@ def test_trials_that_are_no_experiment_are_counted_apart(tmp_path: Path) -> None
 
 @pytest.mark.parametrize(("now", "left"), [(9.0, GENERATION), (10.0, 0)])
 def test_no_generation_begins_when_the_time_is_over(now: float, left: int) -> None:
-    assert Budget(None, 10.0, lambda: now).left(0) == left
+    assert Budget(None, 10.0, lambda: now).left(0, GENERATION) == left
 
 
 def test_trials_in_all_are_not_exceeded() -> None:
-    assert [Budget(20, None).left(done) for done in (0, 16, 20, 30)] == [16, 4, 0, 0]
+    assert [Budget(20, None).left(done, 16) for done in (0, 16, 20, 30)] == [16, 4, 0, 0]
 
 
 def test_the_kinds_of_changes_are_named() -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from kilotwin.studies.hunt.shrink import BATCH, Shrinker, Whole, cut
+from kilotwin.studies.hunt.shrink import BATCH, FEW, SHORT_S, Shrinker, Whole, cut
 from kilotwin.studies.hunt.variation import Addition, Put, Variation
 
 QUIET = (Put(("medium", "loss"), 0.0), Put(("motion", "motor_noise"), 0.0))
@@ -118,3 +118,28 @@ def test_a_cut_leaves_out_what_comes_after_it() -> None:
     one = Variation().add(fault("dead", 3.0), fault("deaf", 6.0), gone)
     assert cut(one, 5.0).additions == (fault("dead", 3.0),)
     assert cut(one, 8.5).additions == one.additions
+
+
+def test_what_comes_by_chance_is_made_to_come_to_few_robots_in_a_short_time() -> None:
+    def fails(one: Variation) -> bool:
+        is_small = len(there(one)) <= FEW and (one.duration_s or 100.0) <= SHORT_S
+        return (one.seed or 0) % 5 == 0 if is_small else one.seed == 9
+
+    least = shrunk(Variation(seed=9), fails)
+    assert len(there(least)) <= FEW
+    assert least.duration_s is not None
+    assert least.duration_s <= SHORT_S
+
+
+def test_what_comes_late_by_the_clock_is_made_to_come_early() -> None:
+    def fails(one: Variation) -> bool:
+        on_s = next((put.value for put in one.puts if put.path == ("swarm", "on_s")), 0.0)
+        moments = [on_s + (it.of("at_s") or 0.0) for it in one.additions]
+        ends_s = on_s + (one.duration_s or 100.0)
+        return on_s <= 90 <= ends_s and moments == [80.0] and 5 in there(one)
+
+    one = Variation().add(fault("deaf", 80.0, 5))
+    least = shrunk(one, fails, replace(WHOLE, most_on_s=7200.0))
+    assert least.duration_s is not None
+    assert least.duration_s <= SHORT_S
+    assert (shrunk(one, fails).duration_s or 100.0) >= 90

@@ -124,3 +124,17 @@ def test_a_value_of_an_addition_can_be_another() -> None:
     assert FAULT.of("at_s") == 2.0
     assert FAULT.of("left") is None
     assert FAULT.with_value("at_s", 3.0).of("at_s") == 3.0
+
+
+def test_what_holds_throughout_is_cut_with_the_run_and_else_an_expectation_stays() -> None:
+    expects = [
+        {"that": "led.red == 0", "throughout_s": 60},
+        {"that": "led.red == 0", "after_s": 10, "throughout_s": 50},
+        {"that": "led.red == 0", "after_s": 30, "throughout_s": 30},
+        {"that": "led.red == 0", "within_s": 60},
+        {"that": "led.red == 0", "at_s": 60},
+    ]
+    base = replace(THREE, tables={**THREE.tables, "expect": expects})
+    cut = base.varied(Variation(duration_s=25.5))["expect"]
+    assert [row.get("throughout_s") for row in cut] == [25.5, 15.5, 30, None, None]
+    assert base.varied(Variation())["expect"] == expects

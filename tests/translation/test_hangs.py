@@ -94,7 +94,7 @@ def test_it_is_told_at_the_same_cycle_however_far_robots_run_at_once(
 ) -> None:
     file = file_with(tmp_path, "translated", medium)
 
-    def outcome(chunk: int, **spec: bool) -> tuple[Any, ...]:
+    def outcome(chunk: int, **spec: Any) -> tuple[Any, ...]:
         return engine_outcome(file, ticks=TICKS, chunk=chunk, sample_ticks=31, **spec)
 
     first = outcome(TICKS)

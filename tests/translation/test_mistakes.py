@@ -25,10 +25,10 @@ __attribute__((noinline)) static int deep(int n) {  // 0
     room[n % 16] = n;
     return deep(n + 1) + room[5];
 }
-__attribute__((noinline)) static void fill(void) {
+__attribute__((noinline)) static void fill(void) {  // 1
     volatile uint8_t room[1100];
     for (uint16_t i = 0; i < sizeof room; i++) room[i] = 0;
-    while (!zero) deepest = room[3];  // 1
+    while (!zero) deepest = room[3];
 }
 
 static void rx(message_t *message, distance_measurement_t *d) { fault = message->data[0]; }

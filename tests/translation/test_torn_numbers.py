@@ -71,6 +71,33 @@ def test_code_is_cut_between_bytes_that_both_access_and_one_writes() -> None:
         ]
         code += [*accesses, Instruction(accesses[-1].end, "ret")]
     instructions = {one.address: one for one in code}
-    places = tearing(instructions, lambda _: 0, kilo_start, {loop, callback})
+    places = tearing(instructions, lambda _: 0, kilo_start, {loop, callback}, [])
     assert places == {loop + 4}
-    assert not tearing(instructions, lambda _: 0, kilo_start, {loop})
+    assert not tearing(instructions, lambda _: 0, kilo_start, {loop}, [])
+
+
+def test_code_is_cut_between_neighbours_by_a_pointer_and_in_what_a_callback_names() -> None:
+    loop, callback, kilo_start = 0x100, 0x140, 0x200
+    message, own, z, y = 0x110, 0x120, 30, 28
+    named = [("ldi", 22, loop // 2 & 0xFF), ("ldi", 23, loop // 2 >> 8)]
+    named += [("ldi", 24, 0x80), ("ldi", 25, 0)]
+    code = [Instruction(2 * at, name, d, k=k) for at, (name, d, k) in enumerate(named)]
+    code.append(Instruction(8, "call", target=kilo_start, words=2))
+    inside = [("sts", 0, message), ("sts", 0, message + 1), ("sts", 0, own), ("sts", 0, own + 1)]
+    inside += [("ldd", z, 4), ("ldd", z, 5), ("ldd", z, 8), ("ldd", y, 1), ("ldd", y, 2)]
+    inside += [("st+", z, 0), ("st", z, 0)]
+    inside += [("in", 0, 0x5D), ("ldd", y, 1), ("ldd", y, 2), ("ret", 0, 0)]
+    at = loop
+    for name, r, k in inside:
+        d = y if name == "in" else 24
+        code.append(Instruction(at, name, d, r, k, words=2 if name == "sts" else 1))
+        at = code[-1].end
+    code += [
+        Instruction(callback, "ldi", 24, k=message & 0xFF),
+        Instruction(callback + 2, "ldi", 25, k=message >> 8),
+        Instruction(callback + 4, "ret"),
+    ]
+    instructions = {one.address: one for one in code}
+    objects = [(message, 12), (own, 2)]
+    places = tearing(instructions, lambda _: 0, kilo_start, {loop, callback}, objects)
+    assert places == {loop + 4, loop + 18, loop + 24, loop + 28}

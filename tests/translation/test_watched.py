@@ -32,7 +32,7 @@ def test_a_trail_changes_nothing(program: Path, tmp_path: Path) -> None:
     file = tmp_path / "watched.toml"
     file.write_text(WORLD.format(program=program))
     seen, unseen = (
-        outcome(file, ticks=400, chunk=57, sample_ticks=7, watched=watched)
-        for watched in (True, False)
+        outcome(file, ticks=400, chunk=57, sample_ticks=7, variant=variant)
+        for variant in ("watched", "plain")
     )
     assert seen == unseen

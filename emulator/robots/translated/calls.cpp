@@ -81,7 +81,7 @@ void TranslatedRobot::flag_matches() {
     while (image_.match <= cycle()) {
         if (image_.flagged == TranslatedImage::NO_TIME) image_.flagged = image_.match;
         image_.match += TICK_CYCLES;
-        look_at_stack();
+        look_at_stack(word(SPL));
         watch_main_loop();
     }
 }
@@ -174,6 +174,8 @@ void TranslatedRobot::begin_interrupt(Interrupt which) {
     disturb_passes();
     image_.interrupted = cycle();
     image_.interrupt = which;
+    if (which != Interrupt::SERIAL)
+        program_.cover(pc, which == Interrupt::MESSAGE ? COVER_MESSAGE : COVER_TICK);
     TranslatedStack(data).push_return(pc);
     flags[7] = 0;
     if (which == Interrupt::TICK) image_.flagged = TranslatedImage::NO_TIME;

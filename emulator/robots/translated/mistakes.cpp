@@ -58,6 +58,15 @@ unsigned pushes(uint16_t word) {
     return calls ? 2 : 0;
 }
 
+/// Where the stack's pointer will be behind an instruction that may make it grow.
+uint16_t stack_behind(uint16_t word, const uint8_t *data) {
+    constexpr uint16_t OUT_SPL = 0xBE0D, OUT_SPL_MASK = 0xFE0F;
+    const auto stack = static_cast<uint16_t>(data[SPL] | data[SPH] << 8);
+    if ((word & OUT_SPL_MASK) == OUT_SPL)
+        return static_cast<uint16_t>((stack & 0xFF00) | data[word >> 4 & 31]);
+    return pushes(word) == 0 ? UINT16_MAX : static_cast<uint16_t>(stack - pushes(word));
+}
+
 }  // namespace
 
 /// Once each, with the line.
@@ -88,6 +97,7 @@ bool TranslatedRobot::makes_mistake() {
                     avr_code_path(pc, data, flash));
         return true;
     }
+    look_at_stack(stack_behind(word, data));
     const Access access = access_of(flash, pc, data);
     const bool is_wild = access.base < REGISTERS_END || access.address >= SRAM_END;
     if (access.is_one && is_wild && !is_result_of_eeprom(word, access)) {
@@ -113,9 +123,10 @@ void TranslatedRobot::starts_again() {
     image_.strays = false;
 }
 
-/// At a tick: as deep as it is then.
-void TranslatedRobot::look_at_stack() {
-    if (word(SPL) < seam_.variables_end)
+/// With its pointer there. Translated code leaves instructions by which a stack comes so deep to the
+/// interpreter; what interrupts push a tick finds.
+void TranslatedRobot::look_at_stack(uint16_t pointer) {
+    if (pointer < seam_.variables_end)
         note(STACK_MEETS_DATA, "its stack has grown down to its variables, and overwrites them");
 }
 

@@ -73,6 +73,7 @@ TranslatedProgram::TranslatedProgram(const std::string &path, std::string name)
       path_(path) {
     void *handle = load_guest_file(path, "program " + name_ + " cannot be loaded");
     code_ = static_cast<const translation_t *>(dlsym(handle, "translation"));
+    coverage_ = static_cast<uint8_t *>(dlsym(handle, "translation_coverage"));
     if (code_ == nullptr)
         throw EngineError(path + " is no translated program: it has no translation");
     if (code_->version != TRANSLATION_VERSION || code_->seam == nullptr)

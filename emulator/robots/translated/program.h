@@ -43,6 +43,11 @@ class TranslatedProgram {
     /// Registers that have an effect, by address (code.h).
     static const uint8_t *effects();
 
+    /// Notes where an interrupt begins, by a mark of code.h, if the code has marks.
+    void cover(uint32_t pc, uint8_t mark) {
+        if (coverage_ != nullptr) coverage_[pc / 2 % COVER_DEPTHS] |= mark;
+    }
+
     /// Cycles of a tick's interrupt that only counts; 0: not yet known.
     uint32_t tick_cycles = 0;
     /// Passes of its main loop.
@@ -59,6 +64,7 @@ class TranslatedProgram {
     const translation_t *code_;
     const translation_t *debugged_ = nullptr;
     const translation_t *watched_ = nullptr;
+    uint8_t *coverage_;  ///< its marks; null: it has none
 };
 
 }  // namespace kilotwin

@@ -115,7 +115,7 @@ class TranslatedRobot : private translated_chip_t {
     void note(uint8_t mistake, const char *text);
     bool makes_mistake();
     void starts_again();
-    void look_at_stack();
+    void look_at_stack(uint16_t pointer);
     void divides_by_zero();
 
     // For the trail.

@@ -13,6 +13,7 @@ from kilotwin.experiment.schema.medium import MEDIA
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.native import sanitizer
 from kilotwin.programs.native.guest import Guest, build
+from kilotwin.programs.variant import MARKED, Variant
 
 _KEY_CHARACTERS = 32
 
@@ -21,27 +22,23 @@ def build_group(
     group: Group,
     notify: Notify = lambda _: None,
     *,
-    covered: bool = False,
+    variant: Variant = "plain",
     sanitized: bool = False,
-    watched: bool = False,
     at_once: bool = True,
 ) -> Guest:
-    """The file that the engine loads. An image that came built is taken as it is. `covered`: a
-    program marks what runs. `sanitized`: a native one looks for undefined behaviour. `watched`: a
-    translated one tells what it stores, for a trail. `at_once`: of a translation, what is compiled
+    """The file that the engine loads. An image that came built is taken as it is. `sanitized`: a
+    native program looks for undefined behaviour. `at_once`: of a translation, what is compiled
     in a moment will do (translate/translation.py).
 
     Of an image, that is its translation unless it is to be interpreted, or cannot be translated.
     """
     if group.tier == "translated":
         from kilotwin.programs.translate.translation import translated_guest
-        from kilotwin.programs.translate.translator import Variant
 
-        variant: Variant = "watched" if watched else "covered" if covered else "plain"
         return translated_guest(group.program, notify, variant=variant, at_once=at_once)
     if not group.on_board:
         flags = sanitizer.flags() if sanitized else ()
-        return build(group.program, notify, flags, covered=covered)
+        return build(group.program, notify, flags, covered=variant in MARKED)
     guest = _image_of(group, notify)
     code = None
     if group.tier != "interpreted":
@@ -88,19 +85,18 @@ def build_all(
     experiment: Experiment,
     notify: Notify = lambda _: None,
     *,
-    covered: bool = False,
+    variant: Variant = "plain",
     sanitized: bool = False,
-    watched: bool = False,
 ) -> tuple[list[Guest], Guest | None]:
     """The guests of each group of robots, and of the modules, if there are any."""
     guests = [
-        build_group(group, notify, covered=covered, sanitized=sanitized, watched=watched)
+        build_group(group, notify, variant=variant, sanitized=sanitized)
         for group in experiment.groups
     ]
     modules = experiment.modules
     if modules is None:
         return guests, None
-    return guests, build_group(modules, notify, covered=covered, sanitized=sanitized)
+    return guests, build_group(modules, notify, variant=variant, sanitized=sanitized)
 
 
 def symbols_of(guests: Sequence[Guest], modules: Guest | None) -> tuple[Path | None, ...]:

@@ -102,6 +102,17 @@ class GuestSymbols:
             found = self._find(ELFFile(stream).get_dwarf_info(), name)
             return _value(found.kind, state, found.offset)
 
+    def extents(self) -> list[tuple[int, int]]:
+        """Where the program's own variables lie in a robot's state: from, and to before."""
+        with self._file.open("rb") as stream:
+            dwarf = ELFFile(stream).get_dwarf_info()
+            found = [
+                (one.offset, one.offset + _bytes_of(kind))
+                for one in self._variables(dwarf, None)
+                if one.source not in _OURS and (kind := _type_of(one.kind)) is not None
+            ]
+        return sorted(set(found))
+
     def number(self, name: str) -> NumberPlace:
         """Where a number is, so that it is read fast: a variable, or what is in one.
 

@@ -36,6 +36,7 @@ from kilotwin.programs.group import build_all, settled, symbols_of
 from kilotwin.programs.native.guest import Guest
 from kilotwin.programs.port.twin import TWIN_S, Ear, Mode, Twins, native_kilobots
 from kilotwin.programs.translate.optimiser import Optimiser
+from kilotwin.programs.variant import Variant
 from kilotwin.runs import notes
 from kilotwin.runs.folder import (
     FAILED,
@@ -124,7 +125,8 @@ def run(
 
     `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
     interrupted. `twin`: whether native programs are held against their ATmega328P. `window`: where
-    the run is seen as it goes. `covered`, `sanitized`: as build_group() has them; others as Job.
+    the run is seen as it goes. `covered`: programs mark what runs. `sanitized`: as
+    build_group() has it; others as Job.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
@@ -134,9 +136,8 @@ def run(
     if trouble := size.without_room(folder):
         display.warn(trouble)
     experiment = settled(experiment, display.note)
-    guests, modules = build_all(
-        experiment, display.note, covered=covered, sanitized=sanitized, watched=bool(trails)
-    )
+    variant: Variant = "watched" if trails else "covered" if covered else "plain"
+    guests, modules = build_all(experiment, display.note, variant=variant, sanitized=sanitized)
     built = [*guests, *([modules] if modules else [])]
     for note in experiment.notes():
         display.note(note)

@@ -154,6 +154,10 @@ class Trial(Generic[WriterT]):
         """[robots, 2]: frames sent and received so far."""
         return self._simulation.frames()
 
+    def state(self, robot: int) -> bytes:
+        """The bytes of a robot's variables now, as its program has laid them out."""
+        return self._simulation.state(robot)
+
     def close(self) -> None:
         """Ends what companions have open; the writer is its maker's."""
         for folder in self._folder:

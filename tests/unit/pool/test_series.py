@@ -107,7 +107,7 @@ def test_a_trial_that_is_closed_lets_its_engine_go_at_once(tmp_path: Path) -> No
     gc.disable()
     try:
         with BlackBox.made() as box:
-            job = built_for(one).job(one.experiment, box.path, covered=False)
+            job = built_for(one).job(one.experiment, box.path, variant="plain")
             trial = Trial(job, lambda _: None, lambda: one.outcome.writer(one.experiment))
             assert trial.run(lambda: False)
             trial.close()

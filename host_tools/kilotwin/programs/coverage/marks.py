@@ -11,7 +11,11 @@ Marks = Mapping[int, int]
 """By byte address in flash: RAN of a block that begins there, TAKEN and NOT_TAKEN of the branch
 there; a block of one instruction may have all."""
 RAN, TAKEN, NOT_TAKEN = 1, 2, 4
+BITS = RAN, TAKEN, NOT_TAKEN, 8, 16
+"""All that a mark may have, also where messages and ticks have interrupted. Addresses behind the
+flash are those of the stack's depths (emulator/robots/translated/code.h)."""
 
+_DEPTHS = 0x1000
 _OF_TRANSLATION, _OF_NATIVE = "translation_coverage", "kt_coverage"
 
 
@@ -29,7 +33,7 @@ def _marks_in(guest: str) -> "tuple[int, ctypes.Array[ctypes.c_uint8]]":
     """The marks where they are made, and how many addresses one of them stands for."""
     library = ctypes.CDLL(guest)  # the one that is loaded: no file is opened
     with contextlib.suppress(ValueError):
-        return 2, (ctypes.c_uint8 * (FLASH_BYTES // 2)).in_dll(library, _OF_TRANSLATION)
+        return 2, (ctypes.c_uint8 * (FLASH_BYTES // 2 + _DEPTHS)).in_dll(library, _OF_TRANSLATION)
     return 1, (ctypes.c_uint8 * COVERED_BYTES).in_dll(library, _OF_NATIVE)
 
 

@@ -87,6 +87,8 @@ class Seam:
     """The program's own."""
     variables: tuple[tuple[int, int], ...]
     """Likewise: addresses and sizes of those that are one number of 1, 2 or 4 bytes, maybe."""
+    objects: tuple[tuple[int, int], ...]
+    """Likewise of all its own variables, of any size."""
     rare: tuple[tuple[int, int], ...]
     """Extents of functions of RARE, which the interpreter executes."""
 
@@ -99,8 +101,8 @@ class Seam:
         return f"{{{{{calls}}}, {', '.join(map(str, numbers))}}}"
 
 
-def seam_of(elf: Path, objects: Sequence[Path], *, original: bool = False) -> Seam:
-    """The seam of a linked robot's program, of which `objects` are the program's own."""
+def seam_of(elf: Path, object_files: Sequence[Path], *, original: bool = False) -> Seam:
+    """The seam of a linked robot's program, of which `object_files` are the program's own."""
     with elf.open("rb") as file:
         symbols = list(_symbols(ELFFile(file)))
     everywhere = {symbol.name: symbol for _, symbol in symbols if _is_global(symbol)}
@@ -111,7 +113,8 @@ def seam_of(elf: Path, objects: Sequence[Path], *, original: bool = False) -> Se
             f'{elf.stem} does not use {missing[0]}: cpu = "translated" is for programs that call '
             'kilo_init() and kilo_start(); write cpu = "avr", or "native"'
         )
-    is_own = _is_own(objects)
+    is_own = _is_own(object_files)
+    objects = _objects(symbols, is_own)
     functions = sorted(
         int(symbol["st_value"])
         for source, symbol in symbols
@@ -128,12 +131,13 @@ def seam_of(elf: Path, objects: Sequence[Path], *, original: bool = False) -> Se
         distance=_address(own, "distance"),
         message_rx=_address(everywhere, "kilo_message_rx"),
         variables_end=_address(everywhere, "__bss_end"),
-        names_period=any(_names(file, "kilo_tx_period") for file in objects),
+        names_period=any(_names(file, "kilo_tx_period") for file in object_files),
         original=original,
         main_loop=_extent(everywhere, "kilo_start"),
         delay=_extent(everywhere, "delay"),
         functions=tuple(functions),
-        variables=tuple(_variables(symbols, is_own)),
+        variables=tuple(one for one in objects if one[1] in (1, 2, 4)),
+        objects=tuple(objects),
         rare=tuple(_rare(symbols, functions)),
     )
 
@@ -181,14 +185,14 @@ def _is_own(objects: Sequence[Path]) -> Callable[[str, Symbol], bool]:
     return lambda source, symbol: source in sources or (_is_global(symbol) and symbol.name in names)
 
 
-def _variables(
+def _objects(
     symbols: Sequence[tuple[str, Symbol]], is_own: Callable[[str, Symbol], bool]
 ) -> list[tuple[int, int]]:
     return sorted(
         (int(symbol["st_value"]) & _DATA_MASK, int(symbol["st_size"]))
         for source, symbol in symbols
         if symbol["st_info"]["type"] == "STT_OBJECT"
-        and symbol["st_size"] in (1, 2, 4)
+        and symbol["st_size"] > 0
         and symbol["st_value"] & ~_DATA_MASK == _DATA
         and is_own(source, symbol)
     )

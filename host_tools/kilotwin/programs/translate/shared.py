@@ -3,11 +3,12 @@ that a callback shares with loop().
 
 On the chip an interrupt comes between any two instructions, so that one of these numbers may be
 torn. Translated code lets interrupts through where a block begins, so that one begins between two
-bytes of such a number. Bytes are known by their addresses in the code: what only a pointer leads
-to is not looked for, nor kilo_ticks, which every pass reads.
+bytes of such a number. Bytes that loop() accesses by their addresses count if a callback accesses
+them so, or has the address of their variable; neighbouring bytes that loop() accesses by a pointer
+always do, but for those on the stack. kilo_ticks, which every pass reads, does not.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from kilotwin.programs.translate.instructions import Instruction
 from kilotwin.programs.translate.liveness import followers
@@ -15,6 +16,11 @@ from kilotwin.programs.translate.liveness import followers
 _CALLS = {"call", "rcall"}
 _STARTS = _CALLS | {"jmp", "rjmp"}
 _IO_END = 0x100
+_LOADS, _STORES = {"ld", "ld+", "-ld", "ldd"}, {"st", "st+", "-st", "std"}
+_MOVING = {"ld+", "-ld", "st+", "-st"}
+_POINTERS, _Y = {26, 30}, 28  # X and Z
+_SETS_Y = {"in", "ldi", "movw"}
+_MOST_BETWEEN = 6  # bytes between two such accesses
 # Arguments of kilo_start(): setup() and loop(), which no interrupt calls.
 _SETUP, _LOOP = 24, 22
 _MOST_BEFORE_CALL = 16  # bytes that ldi of these take, with some others between
@@ -25,10 +31,12 @@ def tearing(
     skipped_to: Callable[[Instruction], int],
     kilo_start: int,
     pointed: Iterable[int],
+    objects: Sequence[tuple[int, int]],
 ) -> set[int]:
     """Addresses of instructions before each of which an interrupt may tear a number; `pointed` are
-    functions that a pointer may lead to, `kilo_start` is where that function begins. Empty where
-    the program's loop() cannot be told from its callbacks. Time O(instructions)."""
+    functions that a pointer may lead to, `kilo_start` is where that function begins, `objects` are
+    the program's variables: addresses and sizes. Empty where the program's loop() cannot be told
+    from its callbacks. Time O(instructions)."""
     started = _started(instructions, kilo_start)
     if started is None:
         return set()
@@ -38,16 +46,50 @@ def tearing(
     callbacks = _reached(instructions, skipped_to, roots)
     own, theirs = (_accessed(instructions, of) for of in (inside, callbacks))
     shared = {at for at in own.keys() & theirs.keys() if own[at] or theirs[at]}
+    named = _addresses_in(instructions, callbacks)
+    for begin, size in objects:
+        there = range(begin, begin + size)
+        if size > 1 and not named.isdisjoint(there):
+            shared.update(there)
     places = set()
     last: Instruction | None = None
+    last_pointed: Instruction | None = None
+    on_stack = False  # is what Y points to, once the stack pointer has been read into it
     for at in sorted(inside):
         instruction = instructions[at]
+        if instruction.d == _Y and instruction.name in _SETS_Y:
+            on_stack = instruction.name == "in"
+        pointers = _POINTERS if on_stack else _POINTERS | {_Y}
+        if instruction.name in _LOADS | _STORES and instruction.r in pointers:
+            if last_pointed is not None and _neighbours(last_pointed, instruction):
+                places.add(at)
+            last_pointed = instruction
         if not _is_access(instruction) or instruction.k not in shared:
             continue
         if last is not None and _follows(last, instruction):
             places.add(at)
         last = instruction
     return places
+
+
+def _addresses_in(instructions: Mapping[int, Instruction], where: Iterable[int]) -> set[int]:
+    """Numbers that pairs of `ldi` load there: addresses, maybe."""
+    found = set()
+    for at in where:
+        low = instructions[at]
+        high = instructions.get(low.end)
+        if low.name == "ldi" and high and high.name == "ldi" and high.d == low.d + 1:
+            found.add(low.k | high.k << 8)
+    return found
+
+
+def _neighbours(last: Instruction, instruction: Instruction) -> bool:
+    """Whether both read, or both write, neighbouring bytes by the same pointer, with little code
+    between them. Where that moves the pointer it is the next byte, mostly."""
+    alike = last.r == instruction.r and (last.name in _LOADS) == (instruction.name in _LOADS)
+    moves = last.name in _MOVING or instruction.name in _MOVING
+    near = instruction.address - last.end <= _MOST_BETWEEN
+    return near and alike and (moves or abs(instruction.k - last.k) == 1)
 
 
 def _follows(last: Instruction, instruction: Instruction) -> bool:

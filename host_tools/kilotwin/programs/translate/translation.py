@@ -37,6 +37,7 @@ from kilotwin.programs.native.guest import (
     run_tool,
 )
 from kilotwin.programs.translate import seam, translator
+from kilotwin.programs.variant import Variant
 
 # Options for gcc's code: -O1, since the program in it is optimised already, and what brings most
 # of the speed of -O2 without its time: a better choice of what stays in this computer's registers.
@@ -103,7 +104,7 @@ def translated_guest(
     program: Program,
     notify: Notify = lambda _: None,
     *,
-    variant: translator.Variant = "plain",
+    variant: Variant = "plain",
     at_once: bool = True,
 ) -> Guest:
     """A robot's program, compiled as for the robot and translated, as a guest of the engine.
@@ -187,7 +188,7 @@ def _key(
     flash: bytes,
     eeprom: dict[int, int],
     met_at: seam.Seam | None,
-    variant: translator.Variant = "plain",
+    variant: Variant = "plain",
 ) -> str:
     words = [version, *_OPTIMISATION, *_flags_of(version), *LINK_FLAGS, repr(met_at), variant]
     digest = hashlib.sha256("\0".join(words).encode())

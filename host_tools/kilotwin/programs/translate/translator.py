@@ -16,7 +16,6 @@ loop (emulator/robots/translated/code.h). What of its runtime hardly ever runs i
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Literal
 
 from kilotwin.files.flash_map import FLASH_BYTES
 from kilotwin.programs.translate.counters import Counter, find_counters
@@ -39,13 +38,10 @@ from kilotwin.programs.translate.statements import (
     registers,
     statement,
 )
-
-Variant = Literal["plain", "covered", "watched", "debugged"]
-"""Additions to a translation, which does all else as the plain one: covered, it marks what runs
-(programs/coverage/marks.py); watched, it tells the engine what it stores (emulator/robots/trail.h);
-debugged, it says before each instruction that it begins (session/debug)."""
+from kilotwin.programs.variant import MARKED, Variant
 
 _VECTORS, _VECTOR_BYTES = 26, 4
+_SRAM_BEGIN = 0x100
 _TICK_VECTOR = 14  # timer 0's compare match
 _BOOT_SECTIONS = (0x7000, 0x7800, 0x7C00, 0x7E00)
 _ERASED = b"\xff\xff"
@@ -63,14 +59,16 @@ _HEAD = """\
 #include "robots/translated/code.h"
 """
 _GUEST_HEAD = "#define TRANSLATED_GUEST\n"
+_STACK_HEAD = "#define VARIABLES_END {}\n"
 _COUNTER_HEAD = "#define COUNTERS\n"
 _WATCHED_HEAD = "#define TRANSLATED_WATCHED\n"
+_MARKED_HEAD = "#define TRANSLATED_MARKED\n"
 _COUNTED = """\
 static const translated_counter_t counters[] = {{{counters}}};
 static const translated_bound_t bounds[] = {{{bounds}}};
 static const translated_counters_t counted = {{{count}, counters, {bounds_count}, bounds}};
 """
-_COVERAGE = '__attribute__((visibility("default"))) uint8_t translation_coverage[0x4000]'
+_COVERAGE = '__attribute__((visibility("default"))) uint8_t translation_coverage[COVERAGE_BYTES]'
 _IN_PLACE = "".join(f"#define r{at} M[{at}]\n" for at in range(REGISTERS))
 _TABLE = """\
 {declarations}
@@ -129,13 +127,15 @@ def translate(
             live_flags=code.live,
         )
     regions = code.regions()
-    head = _HEAD if seam is None else _GUEST_HEAD + _HEAD
+    head = _HEAD
+    if seam is not None:
+        head = _GUEST_HEAD + _STACK_HEAD.format(max(seam.variables_end, _SRAM_BEGIN)) + _HEAD
     if code.counters:
         head = _COUNTER_HEAD + head
     if variant in ("watched", "debugged"):
         head = _WATCHED_HEAD + head
-    if variant == "covered":
-        head += f"extern {_COVERAGE};\n"
+    if variant in MARKED:
+        head = f"{_MARKED_HEAD}{head}extern {_COVERAGE};\n"
     if variant == "debugged":
         head += _IN_PLACE
     files: list[str] = []
@@ -149,7 +149,7 @@ def translate(
             room = _MOST_OF_A_FILE
         files[-1] += _region_text(number, region, code)
         room -= size
-    marks = f"{_COVERAGE};\n" if variant == "covered" else ""
+    marks = f"{_COVERAGE};\n" if variant in MARKED else ""
     return [*files, head + marks + _table(regions, code, eeprom)]
 
 
@@ -266,7 +266,8 @@ class _Code:
         if self.seam is not None:
             start = self.seam.main_loop[0]
             callable_ = self.pointed & set(self.seam.functions)
-            self.entries |= tearing(self.instructions, self.skipped_to, start, callable_)
+            objects = self.seam.objects
+            self.entries |= tearing(self.instructions, self.skipped_to, start, callable_, objects)
             self.live = live_flags(self.instructions, self.skipped_to)
 
     def _is_programmed(self, address: int) -> bool:
@@ -517,7 +518,7 @@ def _block_text(
     for instruction in block:
         offsets.append(offsets[-1] + cycles(instruction))
     lines = [f"BLOCK(0x{block[0].address:x}, {offsets[-2]})"]
-    if code.variant == "covered":
+    if code.variant in MARKED:
         lines.append(_cover(block[0].address, "RAN"))
     shortcut = turns_left_out(block[0].address, own)
     if shortcut and code.waits(block[0].address):
@@ -530,7 +531,8 @@ def _block_text(
         lines.append(f"DIVIDES_BY(0x{block[0].address:x}, {number})")
     if shortcut and code.variant != "covered":
         lines.append(f"if (LEAPS) {{ {shortcut} }}" if code.variant == "debugged" else shortcut)
-    routine = code.routine(block[0].address, used) if code.variant == "plain" else None
+    computed = code.variant in ("plain", "hunted")
+    routine = code.routine(block[0].address, used) if computed else None
     if routine is not None:
         lines.append(routine)
     for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
@@ -579,7 +581,7 @@ def _leave(
             lines.append(f"FOR_EFFECT({here}, {instruction.r}, READ_EFFECT);")
     taken = code.go(instruction, target, behind + more, inside)
     not_taken = code.go(instruction, end, behind, inside)
-    if code.variant == "covered":
+    if code.variant in MARKED:
         taken = f"{_cover(instruction.address, 'TAKEN')} {taken}"
         not_taken = f"{_cover(instruction.address, 'NOT_TAKEN')} {not_taken}"
     return [*lines, f"if ({condition(instruction)}) {{ {taken} }}", not_taken]

@@ -3,16 +3,21 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from kilotwin import _emulator
 from kilotwin.errors import InputError, KilotwinError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.schema.hunt import Hunt
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.programs.cache import Notify
+from kilotwin.programs.image.image import build_image
 from kilotwin.programs.native.sanitizer import check_sanitized
+from kilotwin.programs.translate.constants import constants_in
+from kilotwin.programs.translate.seam import own_extents
 from kilotwin.runs.folder import slug
+from kilotwin.session.estimate import cpu_s_of
 from kilotwin.studies.hunt.folder import opened
 from kilotwin.studies.hunt.moves import Ground
-from kilotwin.studies.hunt.search import Search, quiet_of
+from kilotwin.studies.hunt.search import Search, generation_of, quiet_of
 from kilotwin.studies.hunt.shrink import Whole
 from kilotwin.studies.hunt.trial import SETTINGS, Build, Laboratory, Tier
 from kilotwin.studies.hunt.variation import Base, Variation
@@ -73,10 +78,23 @@ def prepared(
         builds += _on_tier(hunted, "sanitized", note)
     if keys.swarm.profile == "kilobot" and _some_native(experiment):
         builds += _on_tier(hunted, "translated", note)
-    moves = Ground.of(experiment).moves()
-    whole = Whole(experiment.size, keys.duration_s, (), quiet_of(experiment))
+    moves = Ground.of(experiment, _constants(experiment)).moves()
+    on_s = keys.swarm.on_s or 0.0
+    whole = Whole(experiment.size, keys.duration_s, (), quiet_of(experiment), on_s, hunt.on_s)
     laboratory = Laboratory(hunted.base, hunted.origin, builds, timeout_s)
-    return Search(laboratory, moves, state, folder, whole, note)
+    generation = generation_of(cpu_s_of(experiment))
+    return Search(laboratory, moves, state, folder, whole, generation, note)
+
+
+def _constants(experiment: Experiment) -> set[int]:
+    """Those of the machine code of programs that are built here as for the robot."""
+    found: set[int] = set()
+    for group in experiment.groups:
+        if group.tier == "translated":
+            image = build_image(group.program)
+            flash, _ = _emulator.flash_image(str(image.elf))
+            found |= constants_in(flash, own_extents(image.elf, image.objects("program")))
+    return found
 
 
 def _identity(hunted: Quarry) -> str:

@@ -2,7 +2,7 @@
 
 import math
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from kilotwin.experiment.areas import area_of
@@ -23,6 +23,10 @@ _GAP = 1.06
 _NUDGE_M = 0.003
 _TRIES = 200
 _FAR = 2
+_BY_CONSTANT = 0.3
+"""The share of numbers that are near a constant of a program's."""
+_ABOUT_S = 2.0
+_LEAST_TICKS = 16
 
 Move = Callable[[random.Random, Variation], Variation]
 
@@ -30,8 +34,8 @@ Move = Callable[[random.Random, Variation], Variation]
 @dataclass(frozen=True)
 class Ground:
     """Facts of the experiment for moves: numbers of robots and lamps, the arena's box (left,
-    bottom, right, top) in metres, whether a robot may stand at x, y in it, and poses, where all
-    robots have them."""
+    bottom, right, top) in metres, whether a robot may stand at x, y in it, poses, where all robots
+    have them, and numbers that programs compare with: uids or ticks, maybe."""
 
     hunt: Hunt
     size: int
@@ -48,10 +52,11 @@ class Ground:
     ambient: float
     modules: tuple[int, int] | None
     battery_h: float
+    constants: tuple[int, ...] = ()
 
     @staticmethod
-    def of(experiment: Experiment) -> "Ground":
-        """That of an experiment."""
+    def of(experiment: Experiment, constants: Iterable[int] = ()) -> "Ground":
+        """That of an experiment, and constants of its programs."""
         keys = experiment.keys
         place, grid = area_of(keys.arena), keys.grid
         half = place.width / 2, place.height / 2
@@ -72,6 +77,7 @@ class Ground:
             keys.light.ambient,
             None if grid is None else (grid.columns, grid.rows),
             keys.battery.hours,
+            tuple(sorted(constants)),
         )
 
     def moves(self) -> dict[str, Move]:
@@ -136,7 +142,10 @@ class Ground:
         return tuple(taken)
 
     def _name(self, chance: random.Random, one: Variation) -> Variation:
-        first = chance.choice((*_ODD_UIDS, chance.randrange(65_536)))
+        known = [*_ODD_UIDS, chance.randrange(65_536)]
+        if self.constants and chance.random() < _BY_CONSTANT:
+            known = [(chance.choice(self.constants) + chance.randint(-1, 1)) % 65_536]
+        first = chance.choice(known)
         if chance.random() < 0.5:
             named = [(first + index) % 65_536 for index in range(self.size)]
         else:
@@ -144,12 +153,14 @@ class Ground:
         return replace(one, uids=tuple(named))
 
     def _wait(self, chance: random.Random, one: Variation) -> Variation:
-        """On for any time; more often until shortly before a number wraps."""
-        wraps = [wrap * _TICK_S for wrap in _WRAPS if wrap * _TICK_S <= self.hunt.on_s]
+        """On for any time; more often until shortly before a number wraps, or a constant."""
         on_s = chance.uniform(0, self.hunt.on_s)
-        if wraps and chance.random() < 0.75:
+        kinds = (_WRAPS, self.constants)
+        known = [[at * _TICK_S for at in kind if at * _TICK_S <= self.hunt.on_s] for kind in kinds]
+        if any(known) and chance.random() < 0.75:
             before_s = min(_BEFORE_S, self.duration_s)
-            on_s = max(0.0, chance.choice(wraps) - chance.uniform(0, before_s))
+            kind = chance.choice([one for one in known if one])
+            on_s = max(0.0, chance.choice(kind) - chance.uniform(0, before_s))
         return one.put(("swarm", "on_s"), round(on_s, 3))
 
     def _delay(self, chance: random.Random, one: Variation) -> Variation:
@@ -171,7 +182,10 @@ class Ground:
         )
 
     def _spell(self, chance: random.Random, one: Variation) -> Variation:
-        for_s = round(chance.uniform(0.1, self.hunt.spell_s), 3)
+        for_s = chance.uniform(0.1, self.hunt.spell_s)
+        if (known_s := self._time_of_constant(chance)) is not None:
+            for_s = min(max(0.1, known_s * chance.uniform(0.9, 1.5)), self.hunt.spell_s)
+        for_s = round(for_s, 3)
         kind = chance.choice(("deaf", "mute"))
         spell = self._fault(chance, kind, for_s=for_s)
         return _with_most(one, spell, self.hunt.spells, _is_spell)
@@ -242,7 +256,20 @@ class Ground:
         return _with_most(one, gone, 1, lambda it: it.of("until_s") is not None)
 
     def _moment(self, chance: random.Random) -> float:
-        return round(float(chance.random() ** 1.5) * self.duration_s * 0.95, 3)
+        """In the run; the first half more often, and about a constant of a program's."""
+        most_s = self.duration_s * 0.95
+        at_s = float(chance.random() ** 1.5) * most_s
+        if (known_s := self._time_of_constant(chance)) is not None:
+            at_s = min(max(0.0, known_s + chance.uniform(-_ABOUT_S, _ABOUT_S)), most_s)
+        return round(at_s, 3)
+
+    def _time_of_constant(self, chance: random.Random) -> float | None:
+        """A constant as ticks within the run, in seconds; now and then."""
+        most = self.duration_s / _TICK_S
+        known = [one for one in self.constants if _LEAST_TICKS <= one < most]
+        if not known or chance.random() >= _BY_CONSTANT:
+            return None
+        return chance.choice(known) * _TICK_S
 
 
 def fresh(chance: random.Random, moves: dict[str, Move]) -> Variation:

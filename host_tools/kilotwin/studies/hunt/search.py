@@ -16,19 +16,25 @@ from kilotwin.experiment.toml_text import toml_of
 from kilotwin.runs.folder import slug
 from kilotwin.studies.hunt.folder import FOUND, Found, State, with_paths
 from kilotwin.studies.hunt.moves import Move, fresh, mutated
-from kilotwin.studies.hunt.shrink import Shrinker, Whole
+from kilotwin.studies.hunt.shrink import Shrinker, Whole, other_seed
 from kilotwin.studies.hunt.trial import Fault, Laboratory, Outcome, Tier
 from kilotwin.studies.hunt.variation import LATE, Addition, Pose, Put, Variation
 from kilotwin.studies.pool.pool import Pool
 
-GENERATION = 16
-_OTHER_EACH = 2
+GENERATION_LEAST, GENERATION_MOST = 16, 128
+_GENERATION_S = 1.0
+"""CPU time in s that a generation takes, or so."""
+_TRIAL_S = 0.01
+"""CPU time in s that a trial takes besides the run."""
+_OTHER_EACH = 4
 """So often a trial runs on a tier whose turn it is; the rest are as the experiment says."""
 _FRESH = 0.4
-_MOST_SHRINKING = 600
+_MOST_SHRINKING = 2000
 _MOST_OF_ONE = 4
 """Things found of one [[expect]], which differ in what breaks it."""
 _GUARD_SEEDS = 4
+_PHASES = ("RUN late", "oscillators", "starts")
+"""Moves by which interrupts come at other places of a program, and more of them."""
 Signature = frozenset[tuple[str, ...]]
 
 
@@ -40,11 +46,17 @@ class Budget:
     ends_at: float | None
     clock: Callable[[], float] = time.monotonic
 
-    def left(self, done: int) -> int:
-        """How many trials may still be run in a generation; 0 when it is over."""
+    def left(self, done: int, wanted: int) -> int:
+        """How many trials of so many may still be run; 0 when it is over."""
         if self.ends_at is not None and self.clock() >= self.ends_at:
             return 0
-        return GENERATION if self.trials is None else max(0, min(GENERATION, self.trials - done))
+        return wanted if self.trials is None else max(0, min(wanted, self.trials - done))
+
+
+def generation_of(run_s: float) -> int:
+    """Trials of a generation, by the CPU time in s of one run: as many of long runs as are needed
+    to learn something, of short ones as are run at once."""
+    return max(GENERATION_LEAST, min(GENERATION_MOST, int(_GENERATION_S / (_TRIAL_S + run_s))))
 
 
 @dataclass
@@ -56,11 +68,12 @@ class Search:
     state: State
     folder: Path
     whole: Whole
+    generation: int
     note: Callable[[str], None]
 
     def run(self, pool: Pool, budget: Budget) -> Iterator[Found | None]:
         """Each thing when it is found, and None after each generation."""
-        while left := budget.left(self.state.trials):
+        while left := budget.left(self.state.trials, self.generation):
             planned = self._planned()[:left]
             outcomes = self.laboratory.run(planned, pool)
             for (variation, tier), outcome in zip(planned, outcomes, strict=True):
@@ -76,7 +89,7 @@ class Search:
         planned: list[tuple[Variation, Tier]] = []
         if state.generation == 0:
             planned += [(Variation(), tier) for tier in tiers]
-        while len(planned) < GENERATION:
+        while len(planned) < self.generation:
             if not state.corpus.variations or chance.random() < _FRESH:
                 one = fresh(chance, self.moves)
             else:
@@ -123,7 +136,7 @@ class Search:
         laboratory = self.laboratory.expecting(fault.expected)
         guard = _Guard(laboratory, tier, fault, pool)
         whole = replace(self.whole, poses=starts)
-        shrinker = Shrinker(guard.fails, whole, _MOST_SHRINKING)
+        shrinker = Shrinker(guard.fails, whole, _MOST_SHRINKING, self._luck)
         shrunk = shrinker.shrunk(variation)
         if not self._is_new(shrunk, fault):
             return None
@@ -145,6 +158,12 @@ class Search:
             experiment.keys.duration_s,
             shrinker.tried,
         )
+
+    def _luck(self, chance: random.Random, one: Variation) -> Variation:
+        """Another seed, and other phases where they may differ."""
+        one = other_seed(chance, one)
+        kind = chance.choice(("", *_PHASES))
+        return self.moves[kind](chance, one) if kind in self.moves else one
 
     def _write(
         self,

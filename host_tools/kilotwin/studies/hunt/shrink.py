@@ -4,6 +4,9 @@ Candidates are tried in batches of fixed size, and the first of a batch that fai
 comes out does not depend on how many of them run at a time.
 """
 
+import itertools
+import math
+import random
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -17,6 +20,10 @@ T = TypeVar("T")
 Part = Put | Addition
 
 BATCH = 8
+FEW, SHORT_S = 3, 30.0
+"""Robots and seconds that a person follows easily: for so few and so short other luck is tried."""
+_SMALL_BATCH = 32
+_BOTH_TRIES, _EITHER_TRIES = 512, 128
 _LEAST_S = 0.5
 _MOST_ROUNDS = 6
 
@@ -24,20 +31,33 @@ _MOST_ROUNDS = 6
 @dataclass(frozen=True)
 class Whole:
     """The experiment before it is shrunk: robots, seconds, the poses with which they began in the
-    run that failed, and values of keys that take chance out of it."""
+    run that failed, values of keys that take chance out of it, how long robots have been on when it
+    begins, and may have been."""
 
     size: int
     duration_s: float
     poses: tuple[Pose, ...]
     quiet: tuple[Put, ...]
+    on_s: float = 0.0
+    most_on_s: float = 0.0
+
+
+Luck = Callable[[random.Random, Variation], Variation]
+"""The same with other chance: another seed, other phases."""
+
+
+def other_seed(chance: random.Random, one: Variation) -> Variation:
+    """The least of luck."""
+    return replace(one, seed=chance.randrange(1, 2**31))
 
 
 class Shrinker:
     """Shrinks one variation by trials, `most` of them at most."""
 
-    def __init__(self, fails: Fails, whole: Whole, most: int) -> None:
+    def __init__(self, fails: Fails, whole: Whole, most: int, luck: Luck = other_seed) -> None:
         self._fails = fails
         self._whole = whole
+        self._luck = luck
         self._left = most
         self.tried = 0
 
@@ -52,6 +72,7 @@ class Shrinker:
                 self._shorter,
                 self._fewer_changes,
                 self._fewer_robots,
+                self._luckier,
                 self._quieter,
                 self._plainer,
             ):
@@ -60,11 +81,11 @@ class Shrinker:
                 break
         return one
 
-    def _first(self, candidates: Iterable[Variation]) -> Variation | None:
-        """The first candidate that fails."""
+    def _first(self, candidates: Iterable[Variation], size: int = BATCH) -> Variation | None:
+        """The first candidate that fails; they are tried in batches of that size."""
         queue = iter(candidates)
         while self._left > 0:
-            batch = [one for _, one in zip(range(min(BATCH, self._left)), queue, strict=False)]
+            batch = list(itertools.islice(queue, min(size, self._left)))
             if not batch:
                 return None
             self._left -= len(batch)
@@ -98,6 +119,60 @@ class Shrinker:
                 break
             one, there = _without_absent(found), found.robots
         return one
+
+    def _luckier(self, one: Variation) -> Variation:
+        """With few robots and in a short time by other luck, where that is not so yet: what comes
+        by chance comes there too, if enough is tried."""
+        there = one.robots or tuple(range(self._whole.size))
+        duration_s = one.duration_s or self._whole.duration_s
+        few, short = len(there) > FEW, duration_s > SHORT_S
+        tries = [(few, short)] * _BOTH_TRIES
+        if few and short:
+            tries += [(True, False)] * _EITHER_TRIES + [(False, True)] * _EITHER_TRIES
+        chance = random.Random(f"luck {len(there)} {duration_s}")
+        found = self._first(
+            (
+                self._smaller_by_luck(chance, one, there if is_few else (), is_short)
+                for is_few, is_short in tries
+                if is_few or is_short
+            ),
+            _SMALL_BATCH,
+        )
+        return found or one
+
+    def _smaller_by_luck(
+        self, chance: random.Random, one: Variation, there: tuple[int, ...], is_short: bool
+    ) -> Variation:
+        """A candidate: with a few of these robots, if there are any, that stand together or not;
+        and if it `is_short` with its last seconds or its first."""
+        if there:
+            robots = chance.sample(there, FEW)
+            if one.poses and chance.random() < 0.5:
+                x, y, _ = one.poses[robots[0]]
+                near = sorted(
+                    there, key=lambda at: math.hypot(one.poses[at][0] - x, one.poses[at][1] - y)
+                )
+                robots = near[:FEW]
+            one = _without_absent(replace(one, robots=tuple(sorted(robots))))
+            if not is_short:
+                # What is seldom among few needs its time.
+                one = replace(one, duration_s=min(SHORT_S, self._whole.duration_s))
+        if is_short:
+            later_s = (one.duration_s or self._whole.duration_s) - SHORT_S
+            if chance.random() < 0.5:
+                one = self._later(one, later_s)
+            one = cut(one, SHORT_S)
+        return self._luck(chance, one)
+
+    def _later(self, one: Variation, by_s: float) -> Variation:
+        """The same from a later time on: robots have been on for longer, and what happens in the
+        run comes so much earlier. As it is if they may not."""
+        on = [put.value for put in one.puts if put.path == _ON_S]
+        on_s = round((on[0] if on else self._whole.on_s) + by_s, 3)
+        if on_s > self._whole.most_on_s:
+            return one
+        parts = tuple(kept for it in one.additions if (kept := _earlier(it, by_s)) is not None)
+        return replace(one, additions=parts).put(_ON_S, on_s)
 
     def _fewer_changes(self, one: Variation) -> Variation:
         quiet: list[Part] = [put for put in one.puts if put in self._whole.quiet]
@@ -144,6 +219,21 @@ def cut(one: Variation, duration_s: float) -> Variation:
         it for it in one.additions if max(it.of("at_s") or 0.0, it.of("from_s") or 0.0) < duration_s
     )
     return replace(one, duration_s=duration_s, additions=parts)
+
+
+_ON_S = ("swarm", "on_s")
+
+
+def _earlier(it: Addition, by_s: float) -> Addition | None:
+    """The same, so much earlier; None if it would be over before the run."""
+    for name in ("at_s", "from_s", "until_s"):
+        value = it.of(name)
+        if value is not None:
+            for_s = it.of("for_s") or 0.0
+            if value + for_s < by_s or (for_s == 0.0 and value < by_s):
+                return None
+            it = it.with_value(name, max(0.0, round(value - by_s, 3)))
+    return it
 
 
 def with_parts(one: Variation, parts: Iterable[Part]) -> Variation:

@@ -5,13 +5,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from kilotwin.errors import InputError
-from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.experiment import Experiment, Group
+from kilotwin.experiment.schema.expect import Expect
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.programs.cache import Notify
-from kilotwin.programs.coverage.marks import clear
+from kilotwin.programs.coverage.marks import BITS, clear
 from kilotwin.programs.group import settled
+from kilotwin.programs.guest_symbols import GuestSymbols
+from kilotwin.programs.native.guest import Guest
 from kilotwin.programs.native.sanitizer import SANITIZED
+from kilotwin.programs.variant import Variant
 from kilotwin.studies.hunt.corpus import Feature
 from kilotwin.studies.hunt.variation import Base, Pose, Tables, Variation
 from kilotwin.studies.pool.built import Builder
@@ -34,6 +40,7 @@ SETTINGS: dict[Tier, list[Setting]] = {
 }
 
 _POSE_DIGITS = 4
+_BITS_OF = np.array([number.bit_length() for number in range(256)])
 
 
 @dataclass(frozen=True)
@@ -69,9 +76,12 @@ class Outcome:
         return any(one.key == key for one in self.faults)
 
 
+@dataclass(frozen=True)
 class Findings(Seen):
     """Looks at a trial, with the changes of LEDs; its marks are its own, though trials share
-    a process."""
+    a process. `variables`: of each group, offsets in a robot's state of its program's variables."""
+
+    variables: tuple[tuple[int, ...], ...] = ()
 
     def writer(self, experiment: Experiment) -> Looks:
         """Looks at LEDs too."""
@@ -83,6 +93,22 @@ class Findings(Seen):
         clear(ran.job.all_guests)
         return said
 
+    def numbers(self, ran: RanTrial[Looks]) -> list[tuple[int, int]]:
+        """Of each byte of a variable, how many bits it has in any robot: 16 a byte, and those."""
+        found: list[tuple[int, int]] = []
+        first = 0
+        for group, (own, robots) in enumerate(
+            zip(self.variables, ran.job.experiment.groups, strict=False)
+        ):
+            there = range(first, first + robots.count)
+            first = there.stop
+            if own:
+                states = [np.frombuffer(ran.trial.state(robot), np.uint8) for robot in there]
+                bits = _BITS_OF[np.stack([state[list(own)] for state in states])]
+                pairs = np.unique(bits + 16 * np.arange(len(own)))
+                found += [(group, int(pair)) for pair in pairs]
+        return found
+
 
 @dataclass(frozen=True)
 class Build:
@@ -91,15 +117,21 @@ class Build:
     tier: Tier
     experiment: Experiment
     builder: Builder
+    variables: tuple[tuple[int, ...], ...] = ()
 
     @staticmethod
     def of(experiment: Experiment, tier: Tier, notify: Notify) -> "Build":
         """With its programs built: InputError and such if they cannot be."""
         experiment = settled(experiment, notify)
         is_sanitized = tier == "sanitized"
-        builder = Builder(notify, covered=not is_sanitized, sanitized=is_sanitized)
-        builder.built(experiment)
-        return Build(tier, experiment, builder)
+        variant: Variant = "plain" if is_sanitized else "hunted"
+        # Of thousands of trials each takes less time by faster code.
+        builder = Builder(notify, variant=variant, sanitized=is_sanitized, at_once=False)
+        guests = builder.built(experiment).guests
+        groups = zip(experiment.groups, guests, strict=True)
+        return Build(
+            tier, experiment, builder, tuple(_variables_of(group, guest) for group, guest in groups)
+        )
 
     def settled(self, experiment: Experiment) -> Experiment:
         """A variation of the experiment, with the processors that it was settled for."""
@@ -116,6 +148,7 @@ class Laboratory:
     ) -> None:
         """`builds`: the plain one first."""
         self._base = base
+        self._expects = [Expect.model_validate(row) for row in base.tables["expect"]]
         self._origin = origin
         self._builds = {build.tier: build for build in builds}
         self._timeout_s = timeout_s
@@ -162,18 +195,30 @@ class Laboratory:
         for number, answer in pool.answers(list(tasks.values())):
             index = indices[number]
             task, tier = tasks[index], wanted[index][1]
-            outcomes[index] = outcome_of(task.experiment, ran_of(task, answer), tier)
+            outcomes[index] = self._as_written(
+                task.experiment, outcome_of(task.experiment, ran_of(task, answer), tier)
+            )
         return [outcomes[index] for index in range(len(wanted))]
+
+    def _as_written(self, experiment: Experiment, outcome: Outcome) -> Outcome:
+        """With expectations as the hunted experiment has them, also those that were cut."""
+        pairs = zip(experiment.keys.expect, self._expects, strict=True)
+        names = {one.text(): written.text() for one, written in pairs}
+        faults = [
+            replace(fault, expected=names.get(fault.expected, fault.expected))
+            for fault in outcome.faults
+        ]
+        return replace(outcome, faults=tuple(faults))
 
     def _task(self, variation: Variation, tier: Tier) -> Task[Ran]:
         experiment = self.experiment(variation, tier)
         return Task(
             experiment,
-            Findings(),
+            Findings(self._builds[tier].variables),
             self._builds[tier].builder.built(experiment).keys,
             self._timeout_s,
             trusted=Task.trusts(),
-            covered=tier != "sanitized",
+            variant="plain" if tier == "sanitized" else "hunted",
             sanitized=tier == "sanitized",
         )
 
@@ -215,11 +260,23 @@ def _fault(expected: str, failure: Failure) -> Fault:
 
 
 def _reached(ran: Ran) -> Iterable[Feature]:
-    """Features: each bit of a mark of code, each change of an LED."""
+    """Features: each bit of a mark of code, each change of an LED, each length of a variable's
+    byte in bits."""
     for group, marks in enumerate(ran.marks):
         for address, mark in marks.items():
-            for bit in (1, 2, 4):
+            for bit in BITS:
                 if mark & bit:
                     yield group, address, bit
     for change in ran.led_changes:
         yield "led", *change
+    for number in ran.numbers:
+        yield "number", *number
+
+
+def _variables_of(group: Group, guest: Guest) -> tuple[int, ...]:
+    """Offsets of bytes of its program's variables; none of a native one, whose pointers are not
+    the same in each process."""
+    if group.tier != "translated" or guest.symbols is None:
+        return ()
+    extents = GuestSymbols(guest.symbols).extents()
+    return tuple(sorted({at for begin, end in extents for at in range(begin, end)}))

@@ -128,6 +128,8 @@ class Base:
             tables["seed"] = variation.seed
         if variation.duration_s is not None:
             tables["duration_s"] = variation.duration_s
+            expects = tables.get("expect", [])
+            tables["expect"] = [_cut(row, variation.duration_s) for row in expects]
         self._rename(tables, {self.uids[one]: uids[one] for one in there})
         if variation.robots or variation.uids or variation.poses:
             self._pick(tables, variation, there, uids)
@@ -201,6 +203,14 @@ class Base:
                 if "robots" in row:
                     row["robots"] = [names[uid] for uid in row["robots"] if uid in names]
             tables["faults"]["robot"] = [row for row in faults if row.get("robots") != []]
+
+
+def _cut(expect: Tables, end_s: float) -> Tables:
+    """What has to hold throughout a time has to hold throughout what is left of it."""
+    left_s = round(end_s - expect.get("after_s", 0.0), 3)
+    if not 0 < left_s < expect.get("throughout_s", 0.0):
+        return expect
+    return {**expect, "throughout_s": left_s}
 
 
 _STARTS = ("poses", "columns", "formation")

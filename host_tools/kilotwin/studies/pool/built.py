@@ -10,6 +10,7 @@ from kilotwin.experiment.experiment import Experiment, Group
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.group import build_group, symbols_of
 from kilotwin.programs.native.guest import Guest
+from kilotwin.programs.variant import MARKED, Variant
 from kilotwin.session.job import Job
 from kilotwin.studies.pool.task import Task
 
@@ -31,7 +32,7 @@ class Built:
         """Those of robots, then that of modules."""
         return [*self.guests, *([self.modules] if self.modules else [])]
 
-    def job(self, experiment: Experiment, black_box: Path, *, covered: bool) -> Job:
+    def job(self, experiment: Experiment, black_box: Path, *, variant: Variant) -> Job:
         """The job of a trial, which has no folder."""
         return Job(
             experiment,
@@ -40,7 +41,7 @@ class Built:
             {},
             str(black_box),
             "" if self.modules is None else str(self.modules.file),
-            covered=covered,
+            covered=variant in MARKED,
             symbols=symbols_of(self.guests, self.modules),
         )
 
@@ -68,10 +69,10 @@ class Builder:
 
 def built_for(task: Task[Any]) -> Built:
     """The task's programs in this process; KilotwinError if one cannot be built here."""
-    return _builder(tuple(task.programs), task.covered, task.sanitized).built(task.experiment)
+    return _builder(tuple(task.programs), task.variant, task.sanitized).built(task.experiment)
 
 
 @functools.lru_cache(maxsize=64)
-def _builder(programs: Sequence[str], covered: bool, sanitized: bool) -> Builder:
+def _builder(programs: Sequence[str], variant: Variant, sanitized: bool) -> Builder:
     """Sources that have changed have other keys, and so another builder."""
-    return Builder(covered=covered, sanitized=sanitized)
+    return Builder(variant=variant, sanitized=sanitized)

@@ -100,7 +100,7 @@ def _alike(task: Task[Any], first: Task[Any]) -> bool:
     user's Python is loaded for each trial, which a confined process cannot do again."""
 
     def kind(one: Task[Any]) -> tuple[Any, ...]:
-        return tuple(one.programs), one.covered, one.sanitized, is_confined(one)
+        return tuple(one.programs), one.variant, one.sanitized, is_confined(one)
 
     own_python = first.experiment.environment is not None or bool(first.experiment.functions)
     return task is first or (kind(task) == kind(first) and not (own_python and is_confined(first)))
@@ -109,7 +109,7 @@ def _alike(task: Task[Any], first: Task[Any]) -> bool:
 def _work(tasks: Sequence[Task[Any]], built: Built, box: BlackBox, say: Say) -> None:
     """In the fork: runs trials, and says of each a head, and its outcome."""
     say.close_others()
-    jobs = [built.job(task.experiment, box.path, covered=task.covered) for task in tasks]
+    jobs = [built.job(task.experiment, box.path, variant=task.variant) for task in tasks]
     confine = _once((lambda: confine_trials(jobs)) if is_confined(tasks[0]) else lambda: None)
     for task, job in zip(tasks, jobs, strict=True):
         said, goes_on = b"", False

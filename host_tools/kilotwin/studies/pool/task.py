@@ -8,6 +8,7 @@ from typing import Any, Generic, TypeVar
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement
+from kilotwin.programs.variant import Variant
 from kilotwin.session.job import Job
 from kilotwin.session.recorder import WriterT
 from kilotwin.session.trial import Trial
@@ -55,7 +56,7 @@ class Task(Generic[T]):
 
     `programs`: keys of its built programs (programs_of()), by which a worker knows them again.
     `timeout_s`: wall time that it may take; `timeout_name`: the key that says so, for messages.
-    `trusted`: its programs are (--trust), wherever it runs. `covered`, `sanitized`: as
+    `trusted`: its programs are (--trust), wherever it runs. `variant`, `sanitized`: as
     build_group() has them.
     """
 
@@ -65,7 +66,7 @@ class Task(Generic[T]):
     timeout_s: float | None = None
     timeout_name: str = ""
     trusted: bool = False
-    covered: bool = False
+    variant: Variant = "plain"
     sanitized: bool = False
 
     @property

@@ -11,6 +11,7 @@ from kilotwin.experiment.schema.medium import MEDIA
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.marks import Marks, marks_of_all, understood
 from kilotwin.programs.group import settled
+from kilotwin.programs.variant import Variant
 from kilotwin.studies.pool.built import Builder
 from kilotwin.studies.pool.series import run_series
 from kilotwin.studies.pool.task import Answer, Failed, Outcome, Task
@@ -45,6 +46,8 @@ class Ran:
     other, where that is asked for ..."""
     starts: Sequence[tuple[float, float, float]] = ()
     """... and the pose of each robot in the first of them."""
+    numbers: Sequence[tuple[int, int]] = ()
+    """Sizes of variables at the end, each with its group, where that is asked for."""
 
 
 class Seen(Outcome[Looks, Ran]):
@@ -71,6 +74,7 @@ class Seen(Outcome[Looks, Ran]):
             "marks": marks_of_all(ran.job.all_guests) if ran.job.covered else [],
             "led_changes": sorted(looks.led_changes),
             "starts": looks.starts,
+            "numbers": self.numbers(ran),
         }
         return json.dumps(told).encode()
 
@@ -97,7 +101,12 @@ class Seen(Outcome[Looks, Ran]):
             marks=understood(told["marks"]),
             led_changes=tuple((int(before), int(after)) for before, after in told["led_changes"]),
             starts=tuple((float(x), float(y), float(turn)) for x, y, turn in told["starts"]),
+            numbers=tuple((int(group), int(one)) for group, one in told["numbers"]),
         )
+
+    def numbers(self, ran: RanTrial[Looks]) -> list[tuple[int, int]]:
+        """Ran.numbers; none."""
+        return []
 
 
 def tasks_of(
@@ -106,14 +115,14 @@ def tasks_of(
     timeout_s: float,
     notify: Notify,
     *,
-    covered: bool = False,
+    variant: Variant = "plain",
     sanitized: bool = False,
 ) -> list[Task[Ran]]:
     """Builds the programs; a task for each seed, from the experiment's on."""
     for note in experiment.notes():
         notify(f"{experiment.origin.source}: {note}")
     experiment = settled(experiment, notify)
-    built = Builder(notify, covered=covered, sanitized=sanitized).built(experiment)
+    built = Builder(notify, variant=variant, sanitized=sanitized).built(experiment)
     first = experiment.keys.seed
     return [
         Task(
@@ -122,7 +131,7 @@ def tasks_of(
             built.keys,
             timeout_s,
             trusted=Task.trusts(),
-            covered=covered,
+            variant=variant,
             sanitized=sanitized,
         )
         for seed in range(first, first + runs)

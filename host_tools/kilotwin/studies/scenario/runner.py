@@ -14,6 +14,7 @@ from kilotwin.files.interrupts import heeding_interrupts
 from kilotwin.programs.cache import Notify
 from kilotwin.programs.coverage.checks import COVERED, check_covered
 from kilotwin.programs.native.sanitizer import SANITIZED, check_sanitized
+from kilotwin.programs.variant import Variant
 from kilotwin.runs.folder import EXPERIMENT, MANIFEST
 from kilotwin.studies.pool.places import Processes
 from kilotwin.studies.pool.pool import Pool
@@ -118,8 +119,14 @@ def prepare(
             check_covered(experiment)
         if sanitized:
             check_sanitized(experiment)
-    how = {"covered": covered, "sanitized": sanitized}
-    return [Scenario(one, tasks_of(one, runs_of(one), timeout_s, notify, **how)) for one in loaded]
+    variant: Variant = "covered" if covered else "plain"
+    return [
+        Scenario(
+            one,
+            tasks_of(one, runs_of(one), timeout_s, notify, variant=variant, sanitized=sanitized),
+        )
+        for one in loaded
+    ]
 
 
 def run_all(
