@@ -4,6 +4,8 @@ import contextlib
 import ctypes
 from collections.abc import Iterable, Mapping, Sequence
 
+import numpy as np
+
 from kilotwin.files.flash_map import FLASH_BYTES
 from kilotwin.programs.native.guest import COVERED_BYTES
 
@@ -26,7 +28,9 @@ def marks_of(guest: str) -> dict[int, int]:
     was not built for coverage.
     """
     scale, marks = _marks_in(guest)
-    return {scale * index: mark for index, mark in enumerate(bytes(marks)) if mark}
+    whole = np.frombuffer(bytes(marks), np.uint8)
+    (there,) = np.nonzero(whole)
+    return dict(zip((scale * there).tolist(), whole[there].tolist(), strict=True))
 
 
 def _marks_in(guest: str) -> "tuple[int, ctypes.Array[ctypes.c_uint8]]":
