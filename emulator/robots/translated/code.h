@@ -24,10 +24,12 @@
 
 #include <stdint.h>
 
+#include "robots/translated/coverage.h"
 #include "robots/translated/passes/counters.h"
 #include "robots/translated/passes/loops.h"
 #include "robots/translated/passes/pass.h"
 #include "robots/translated/routines/routines.h"
+#include "robots/translated/stack_code.h"
 #include "robots/translated/watched.h"
 
 /// Changes with every change of the two structures; the emulator takes no other.
@@ -143,22 +145,6 @@ typedef struct {
     const translated_seam_t *seam;    ///< of a guest; null: of a whole chip
 } translation_t;
 
-/// Marks of a translation that was made to see what runs, by word address: COVER_RAN of a block
-/// that begins there, COVER_TAKEN and COVER_NOT_TAKEN of the branch there, the others where a
-/// message or a tick has interrupted. Behind them, from COVER_DEPTHS on, is a mark for each
-/// COVER_DEPTH bytes of memory that the stack pointer has come down to. The translation exports
-/// them.
-enum {
-    COVER_RAN = 1,
-    COVER_TAKEN = 2,
-    COVER_NOT_TAKEN = 4,
-    COVER_MESSAGE = 8,
-    COVER_TICK = 16,
-    COVER_DEPTHS = 0x4000,
-    COVER_DEPTH = 16,
-    COVERAGE_BYTES = COVER_DEPTHS + 0x10000 / COVER_DEPTH
-};
-
 // Macros from here on are for regions alone. Such a function is
 //
 //   a switch that goes to the block at pc,
@@ -208,15 +194,7 @@ enum {
     chip->left = left, chip->pc = pc, chip->changed = changed, chip->net = net;         \
     return end;
 
-/// Notes for such a translation that something has happened.
-#define COVER(at, what) translation_coverage[(at) / 2] |= COVER_##what;
-#ifdef TRANSLATED_MARKED
-#define NOTE_DEPTH (translation_coverage[COVER_DEPTHS + sp / COVER_DEPTH] = 1)
-#else
-#define NOTE_DEPTH (void)0
-#endif
-
-/// Likewise, where passes/loops.h has a loop.
+/// Whether turns may be left out where passes/loops.h has a loop.
 #define LEAPS (!chip->executes && !chip->turns_wanted)
 /// Stands before each instruction of code whose robot a debugger holds. That code keeps registers
 /// where they are, in M.
@@ -327,12 +305,6 @@ enum {
 #endif
 /// Addresses below are registers, and there is nothing above.
 #define IN_SRAM(address) ((uint16_t)((address)-0x100) < 0x800)
-/// The stack may grow there: a guest's is above the variables. A stack that comes down to them is
-/// the interpreter's, which says so.
-#ifndef VARIABLES_END
-#define VARIABLES_END 0x100
-#endif
-#define FOR_STACK(address) ((uint16_t)((address)-VARIABLES_END) < 0x900 - VARIABLES_END)
 /// Two registers as one number, as the pointers X, Y and Z are, adiw's and sbiw's operands, and the
 /// word that movw copies.
 #define PAIR(low, high) ((uint16_t)((low) | (high) << 8))
@@ -578,38 +550,6 @@ enum {
         } else {                                                                          \
             WRITE_REGISTER(at, offset, address, o_);                                      \
         }                                                                                 \
-    } while (0)
-/// The stack grows downwards; its pointer is to the next free byte.
-#define PUSH(at, offset, r)                                             \
-    do {                                                                \
-        if (__builtin_expect(!FOR_STACK(sp), 0)) HAND_OVER(at, offset); \
-        NOTE_PUSH(sp);                                                  \
-        M[sp--] = (r);                                                  \
-    } while (0)
-/// The byte last pushed, to d. It stays in SRAM, as on the chip.
-#define POP(at, offset, d)                                                \
-    do {                                                                  \
-        if (__builtin_expect(!IN_SRAM(sp + 1), 0)) HAND_OVER(at, offset); \
-        (d) = M[++sp];                                                    \
-    } while (0)
-/// The word address behind a call, low byte first, as the chip has it.
-#define PUSH_RETURN(at, offset, to)                                                           \
-    do {                                                                                      \
-        if (__builtin_expect(!FOR_STACK(sp) || !FOR_STACK(sp - 1), 0)) HAND_OVER(at, offset); \
-        M[sp] = (uint8_t)((to) / 2), M[sp - 1] = (uint8_t)((to) / 2 >> 8);                    \
-        NOTE_JUMP(0);                                                                         \
-        NOTE_PUSH(sp - 1);                                                                    \
-        sp = (uint16_t)(sp - 2);                                                              \
-        NOTE_DEPTH;                                                                           \
-    } while (0)
-/// Goes where the stack says, `cycles` after the block's begin.
-#define RETURN(at, offset, cycles)                                                            \
-    do {                                                                                      \
-        if (__builtin_expect(!IN_SRAM(sp + 1) || !IN_SRAM(sp + 2), 0)) HAND_OVER(at, offset); \
-        NOTE_JUMP(0);                                                                         \
-        sp = (uint16_t)(sp + 2);                                                              \
-        RETURNED                                                                              \
-        GO_TO((uint32_t)(M[sp - 1] << 8 | M[sp]) * 2, cycles);                                \
     } while (0)
 /// From the flash as the program can read it at the moment.
 #define LPM(at, offset, d, address)                                   \

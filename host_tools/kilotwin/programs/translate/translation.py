@@ -54,6 +54,8 @@ _HEADERS = [
     f"{_INCLUDE}/robots/translated/{name}"
     for name in (
         "code.h",
+        "coverage.h",
+        "stack_code.h",
         "watched.h",
         "routines/routines.h",
         "passes/counters.h",

@@ -127,9 +127,10 @@ def translate(
             live_flags=code.live,
         )
     regions = code.regions()
-    head = _HEAD
+    variables_end = _SRAM_BEGIN if seam is None else max(seam.variables_end, _SRAM_BEGIN)
+    head = _STACK_HEAD.format(variables_end) + _HEAD
     if seam is not None:
-        head = _GUEST_HEAD + _STACK_HEAD.format(max(seam.variables_end, _SRAM_BEGIN)) + _HEAD
+        head = _GUEST_HEAD + head
     if code.counters:
         head = _COUNTER_HEAD + head
     if variant in ("watched", "debugged"):
