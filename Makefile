@@ -155,6 +155,13 @@ check-long: native setup-check
 bare: apt-check
 	@$(PYTHON) tests/bare.py
 
+## tsan: the tests of threads, under ThreadSanitizer (some minutes)
+.PHONY: tsan
+tsan: setup-test
+	cmake -S . -B build/tsan $(CMAKE_FLAGS) -DKILOTWIN_SANITIZER=thread -DKILOTWIN_PYTHON=OFF
+	cmake --build build/tsan --target emulator_tests
+	setarch --addr-no-randomize build/tsan/tests/native/emulator/emulator_tests --source-file='*test_threads.cpp'
+
 ## fuzz: feed every decoder of bytes from outside for a minute each (NAMES="kconf serial ...")
 .PHONY: fuzz
 fuzz: setup-check

@@ -13,16 +13,22 @@
 
 namespace kilotwin {
 
-/// Sets `chosen` to those of 0 .. count - 1 for which `wanted` holds, ascending. O(count), whatever
-/// the share chosen.
-template <typename Wanted> void choose(std::vector<uint32_t> &chosen, size_t count, Wanted wanted) {
-    chosen.resize(count);
+/// Sets `chosen` to those of begin .. end - 1 for which `wanted` holds, ascending. O(end - begin),
+/// whatever the share chosen.
+template <typename Wanted>
+void choose(std::vector<uint32_t> &chosen, size_t begin, size_t end, Wanted wanted) {
+    chosen.resize(end - begin);
     size_t n = 0;
-    for (uint32_t i = 0; i < count; i++) {
+    for (auto i = static_cast<uint32_t>(begin); i < end; i++) {
         chosen[n] = i;
         n += wanted(i);
     }
     chosen.resize(n);
+}
+
+/// The same of 0 .. count - 1.
+template <typename Wanted> void choose(std::vector<uint32_t> &chosen, size_t count, Wanted wanted) {
+    choose(chosen, 0, count, wanted);
 }
 
 /// Sorts a list of which all but a tail is in order already: sorts the tail, then merges. In time

@@ -51,8 +51,11 @@ constexpr int WORKER[] = {
     // its end
     SYS_exit, SYS_exit_group};
 
-// While guests are loaded: the limit of memory, the filter that ends it.
-constexpr int WHILE_LOADING[] = {SYS_prlimit64, SYS_seccomp};
+// While guests are loaded, in copies too: the limit of memory, the filter that ends it, and threads
+// that step robots, each with its signal stack and its timer.
+constexpr int WHILE_LOADING[] = {SYS_prlimit64,   SYS_seccomp,      SYS_memfd_create,
+                                 SYS_clone,       SYS_clone3,       SYS_rt_sigprocmask,
+                                 SYS_sigaltstack, SYS_timer_create, SYS_timer_settime};
 
 // While guests are loaded, a debugger's port is opened.
 constexpr int NEW_SOCKETS[] = {SYS_socket, SYS_bind, SYS_listen};

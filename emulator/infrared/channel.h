@@ -1,7 +1,7 @@
 /// Interface of the infrared channels: what the simulation's loop needs of a medium.
 ///
-/// In a world step the loop calls run(), then for each robot that is due lookahead() and
-/// run_robot(), then end_step(). A channel owns everything between the begin of a frame at one
+/// In a world step the loop calls run(), then for each robot that is due lookahead(), then for each
+/// run_robot(), then end_step(). The members of a team call these two of robots of their shares. A channel owns everything between the begin of a frame at one
 /// station and its reception at others; what it cannot know of a station it asks its kind for
 /// (infrared/station.h).
 #ifndef KILOTWIN_INFRARED_CHANNEL_H
@@ -15,6 +15,7 @@
 #include "base/chance.h"
 #include "base/clock.h"
 #include "base/prefetch.h"
+#include "base/team.h"
 #include "physics/bodies.h"
 #include "physics/region.h"
 #include "robots/robot.h"
@@ -46,9 +47,9 @@ struct ChannelContext {
     const Chance &chance;
     Swarm<Robot> &robots;
     Bodies &bodies;
-    std::vector<Emission> &emissions;  ///< the robots' context has the same
-    Cycles step;                       ///< length of a world step
-    bool run_ahead;                    ///< false: robots are executed tick by tick
+    Team &team;      ///< that shares the loops over robots
+    Cycles step;     ///< length of a world step
+    bool run_ahead;  ///< false: robots are executed tick by tick
     /// The region that each overhead controller covers; empty: there is one, over all robots.
     const std::vector<Region> &overhead;
     /// The trail of frames that are received; null: none is kept.
@@ -102,9 +103,10 @@ class Channel {
     /// Lookahead: until when nothing can reach a robot for certain, at most `limit`. A robot that
     /// cannot begin a frame, or cannot come into reach before, reaches none. Where it is before
     /// `useful` it may be given as any moment before that. Time O(neighbours), less in a crowd.
-    virtual Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) = 0;
+    virtual Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) const = 0;
 
-    /// Executes a robot up to `until`, the end of the current step or lookahead().
+    /// Executes a robot up to `until`, the end of the current step or lookahead(). Changes only what
+    /// is the robot's, or its share's.
     virtual void run_robot(uint32_t robot, Cycles until) = 0;
 
     /// All robots have been executed up to the end of the current step, or farther.

@@ -62,6 +62,7 @@ class FramesInFlight {
         uint16_t planned = 0;       ///< so many of its frames are planned
         uint8_t kind = 0;           ///< index of its Stations in the channel
         bool heeds_light = false;   ///< a robot that is told when light falls on it
+        bool in_turn = false;       ///< a robot that is executed in its turn (guest_robots.h)
         bool is_tentative = false;  ///< a robot that is run tentatively (tentative_runs.h)
         bool is_deaf = false;       ///< a robot on which no light falls any more
         bool is_mute = false;       ///< one whose light reaches no receiver

@@ -15,6 +15,7 @@ GuestRobots::GuestRobots(KilobotChannel &channel, const ChannelContext &context,
       receiver_(receiver),
       runs_past_requests_(runs_past_requests),
       ran_ahead_(std::move(ran_ahead)),
+      shares_(context.team.size()),
       tentative_(context.robots, context.step) {}
 
 double GuestRobots::range_m(uint32_t robot) const { return channel_.robot_range_m(robot); }
@@ -24,35 +25,167 @@ Cycles GuestRobots::next_begin(uint32_t robot) const { return context_.robots[ro
 // Requests
 
 void GuestRobots::begin_requests() {
+    run_first();
+    begin_events();
+}
+
+/// First finds them, as all robots stand, then executes them.
+void GuestRobots::run_first() {
+    Team &team = context_.team;
+    team.share(context_.robots.size(), [this](uint32_t share, size_t begin, size_t end) {
+        find_senders(shares_[share], begin, end);
+    });
+    team.share([this](uint32_t share) {
+        const auto &first = shares_[share].first;
+        for (size_t i = 0; i < first.size(); i++) {
+            prefetch_first_after(shares_[share], i);
+            run_first(first[i].first, first[i].second);
+        }
+    });
+}
+
+void GuestRobots::find_senders(Share &share, size_t begin, size_t end) {
+    choose(share.senders, begin, end,
+           [&](uint32_t robot) { return channel_.next_begin(robot) < channel_.end(); });
+    share.first.clear();
+    if (!runs_past_requests_) return;
+    for (size_t i = 0; i < share.senders.size(); i++) {
+        prefetch_senders_after(share, i);
+        const uint32_t robot = share.senders[i];
+        if (const Cycles until = run_first_until(robot); until > 0)
+            share.first.emplace_back(robot, until);
+    }
+}
+
+/// Until when a robot that is requested in this step may be executed before all others, since
+/// nothing reaches it up to there: past the step where it is left alone, else past its request. 0
+/// if it has to wait for its turn, as one does that may be run tentatively.
+Cycles GuestRobots::run_first_until(uint32_t robot) const {
+    const auto &station = channel_.in_flight().station(robot);
+    const Cycles at = request_of(robot), end = channel_.end();
+    if (station.is_tentative || station.kind != KIND || station.planned > 0 ||
+        station.frame != FramesInFlight::NONE || context_.robots[robot].is_quiet() ||
+        !is_channel_free(robot, at))
+        return 0;
+    const Cycles alone = channel_.lookahead(robot, end + 1, channel_.limit());
+    return alone > end ? alone : at + 1;
+}
+
+void GuestRobots::run_first(uint32_t index, Cycles until) {
+    const Cycles at = request_of(index);
+    grant(context_.robots[index], at, until);
+    run_on(index, until);
+    if (until > channel_.end()) ran_ahead_(index, until);
+}
+
+/// Answers a robot's request beforehand: it finds the channel free, and is executed up to `until`,
+/// the end of its lookahead or past the request.
+void GuestRobots::grant(Robot &robot, Cycles at, Cycles until) const {
+    if (until > channel_.end())
+        robot.grant(at, until - CarrierSense::WINDOW_END - 1, until);
+    else
+        robot.grant(at, at, std::min(channel_.limit(), at + 1 + FRAME_CYCLES));
+}
+
+/// The moment of a request in this step.
+Cycles GuestRobots::request_of(uint32_t robot) const {
+    return std::max(channel_.next_begin(robot), channel_.now());
+}
+
+void GuestRobots::begin_events() {
     FramesInFlight &in_flight = channel_.in_flight();
     const Cycles begin = channel_.now(), end = channel_.end();
     events_.clear();
     next_ = 0;
-    choose(senders_, context_.robots.size(),
-           [&](uint32_t robot) { return channel_.next_begin(robot) < end; });
-    for (uint32_t robot : senders_) {
+    auto request = [&](uint32_t robot, Cycles at) {
+        events_.push_back({at, What::REQUEST, robot});
+        give_turn(robot);
+    };
+    auto begin_with = [&](uint32_t robot) {
         const auto &station = in_flight.station(robot);
         if (station.is_tentative) {
             const Cycles due = tentative_.due(robot);
             const bool over = due < end && !tentative_.has_message(robot);
-            if (due >= end || (over && end_tentative_run(robot) >= end)) continue;
-            if (!over) {
-                events_.push_back({due, What::REQUEST, robot});
-                continue;
-            }
+            if (due >= end || (over && end_tentative_run(robot) >= end)) return;
+            if (!over) return request(robot, due);
         }
-        if (station.frame == FramesInFlight::NONE && station.planned == 0 && station.kind == KIND)
-            events_.push_back({std::max(channel_.next_begin(robot), begin), What::REQUEST, robot});
+        if (station.frame == FramesInFlight::NONE && station.planned == 0 && station.kind == KIND &&
+            channel_.next_begin(robot) < end)
+            request(robot, request_of(robot));
+    };
+    for (const Share &share : shares_)
+        for (const uint32_t robot : share.senders) begin_with(robot);
+    auto &planned = planned_at(begin);
+    for (size_t share = 1; share < shares_.size(); share++) {
+        const auto &more = shares_[share].planned.at(begin, context_.step);
+        planned.insert(planned.end(), more.begin(), more.end());
     }
-    const auto &planned = planned_at(begin);
     for (uint32_t i = 0; i < planned.size(); i++)
         events_.push_back({planned[i].emission.at, What::BEGIN, i});
+    // Frames that begin at the same time are taken by robot, however they came into the list.
     sorter_.sort(
         events_, begin, context_.step, [](const Event &event) { return event.at; },
-        [](const Event &a, const Event &b) { return b > a; });
+        [&](const Event &a, const Event &b) {
+            if (a.at != b.at || a.what != b.what || a.what != What::BEGIN) return b > a;
+            return planned[a.number].emission.robot < planned[b.number].emission.robot;
+        });
 }
 
-void GuestRobots::end_requests() { planned_.forget(channel_.now(), context_.step); }
+void GuestRobots::end_requests() {
+    context_.team.share([this](uint32_t share) { hand_over_all(shares_[share]); });
+    for (Share &share : shares_) {
+        share.planned.forget(channel_.now(), context_.step);
+        channel_.tally().lost += share.counts.lost;
+        channel_.tally().received += share.counts.received;
+        share.counts = {};
+    }
+    for (const uint32_t robot : turns_) channel_.in_flight().station(robot).in_turn = false;
+    turns_.clear();
+}
+
+/// A robot may be executed in its turn from now on, in this step: it gets what it has received, and
+/// gets at once what it receives from now on.
+void GuestRobots::give_turn(uint32_t robot) {
+    auto &station = channel_.in_flight().station(robot);
+    if (station.in_turn) return;
+    station.in_turn = true;
+    turns_.push_back(robot);
+    Share &share = shares_[context_.robots[robot].share()];
+    auto &arrivals = share.arrivals;
+    auto is_of_others = [robot](const Arrival &arrival) { return arrival.robot != robot; };
+    const auto own = std::stable_partition(arrivals.begin(), arrivals.end(), is_of_others);
+    for (auto arrival = own; arrival != arrivals.end(); arrival++)
+        hand_over(*arrival, share.counts);
+    arrivals.erase(own, arrivals.end());
+}
+
+void GuestRobots::hand_over_all(Share &share) {
+    constexpr size_t LATER = 8;
+    const auto &arrivals = share.arrivals;
+    const bool many = prefetches(context_.robots.size());
+    for (size_t i = 0; i < arrivals.size(); i++) {
+        if (many && i + LATER < arrivals.size()) {
+            const uint32_t later = arrivals[i + LATER].robot;
+            channel_.in_flight().prefetch(later);
+            receiver_.prefetch(later);
+            context_.robots[later].prefetch_receiver();
+        }
+        hand_over(arrivals[i], share.counts);
+    }
+    share.arrivals.clear();
+}
+
+void GuestRobots::hand_over(const Arrival &arrival, ChannelCounts &counts) {
+    const auto &[begin, range_m, draw, robot, distance_mm, message] = arrival;
+    if (receiver_.is_lost(robot, distance_mm, range_m, draw)) {
+        counts.lost++;
+        return;
+    }
+    counts.received++;
+    channel_.in_flight().station(robot).counts.received++;
+    context_.robots[robot].receive(begin + FRAME_CYCLES, message,
+                                   receiver_.measure(robot, distance_mm, draw));
+}
 
 /// Adds to the events of this step, or to those of later steps. Most come in order of time.
 void GuestRobots::schedule(const Event &event) {
@@ -90,6 +223,7 @@ void GuestRobots::take_event() {
 /// Executes a robot through the moment of its request, and on if it can send and then be left
 /// alone.
 void GuestRobots::take_request(uint32_t index, Cycles at) {
+    give_turn(index);
     Robot &robot = context_.robots[index];
     if (channel_.in_flight().station(index).is_tentative) {
         // Otherwise it is the request of a run that was brought back.
@@ -104,15 +238,10 @@ void GuestRobots::take_request(uint32_t index, Cycles at) {
         const Cycles end = channel_.end();
         const Cycles alone =
             runs_past_requests_ ? channel_.lookahead(index, end + 1, channel_.limit()) : 0;
-        if (alone > end) {
-            until = alone;
-            robot.grant(at, alone - CarrierSense::WINDOW_END - 1, alone);
-        } else {
-            robot.grant(at, at, std::min(channel_.limit(), at + 1 + FRAME_CYCLES));
-        }
+        if (alone > end) until = alone;
+        grant(robot, at, until);
     }
-    requested_at_ = at;
-    run_on(index, until);
+    run_on(index, until, at);
     if (until > channel_.end()) ran_ahead_(index, until);
     const auto &station = channel_.in_flight().station(index);
     const Cycles next = channel_.next_begin(index);
@@ -178,7 +307,9 @@ bool GuestRobots::is_channel_free(uint32_t index, Cycles at) const {
         robot.next_ask() != at)
         return false;
     for (uint32_t other : context_.bodies.lists().of(index))
-        if (channel_.next_begin(other) <= at + CarrierSense::WINDOW_END) return false;
+        if (channel_.next_begin(other) <= at + CarrierSense::WINDOW_END &&
+            may_be_in_range(other, index))
+            return false;
     return !channel_.others_begin_near(index, at + CarrierSense::WINDOW_END);
 }
 
@@ -191,7 +322,6 @@ Cycles GuestRobots::alone_until(uint32_t robot, Cycles until) const {
 }
 
 void GuestRobots::run_robot(uint32_t robot, Cycles until) {
-    requested_at_ = NEVER;
     const Cycles request = channel_.next_begin(robot);
     if (request >= channel_.end() && request < until)
         context_.robots[robot].grant(request, until - CarrierSense::WINDOW_END - 1, until);
@@ -199,12 +329,12 @@ void GuestRobots::run_robot(uint32_t robot, Cycles until) {
 }
 
 /// Executes a robot up to `until`, answering its questions.
-void GuestRobots::run_on(uint32_t index, Cycles until) {
+void GuestRobots::run_on(uint32_t index, Cycles until, Cycles requested_at) {
     Robot &robot = context_.robots[index];
     for (;;) {
-        context_.emissions.clear();
+        robot.emissions().clear();
         robot.run_arbitrated(until);
-        if (!context_.emissions.empty()) plan_frames(index);
+        if (!robot.emissions().empty()) plan_frames(index, requested_at);
         if (robot.question() != Robot::Question::MAY_ASK || robot.now() >= channel_.end()) break;
         robot.answer(!channel_.carrier_sense().is_receiving(index, robot.now()));
     }
@@ -221,23 +351,26 @@ Cycles GuestRobots::next_request(const Robot &robot) {
     return robot.question() != Robot::Question::NONE ? robot.now() : robot.next_ask();
 }
 
-/// A frame that a robot sends at its request begins now; later ones begin in their time.
-void GuestRobots::plan_frames(uint32_t index) {
-    const auto &emissions = context_.emissions;
+/// A frame that a robot sends at its request begins now; later ones begin in their time. Without a
+/// request that is taken in its turn, those of this step are found when its events begin.
+void GuestRobots::plan_frames(uint32_t index, Cycles requested_at) {
+    Robot &robot = context_.robots[index];
+    const auto &emissions = robot.emissions();
     auto &station = channel_.in_flight().station(index);
     for (size_t i = 0; i < emissions.size(); i++) {
         const Emission &emission = emissions[i];
-        if (emission.at == requested_at_) {
+        if (emission.at == requested_at) {
             channel_.begin_frame(index, emission.at, emission.message, true);
             continue;
         }
         if (station.planned++ == 0) channel_.next_begin(index) = emission.at;
-        const Cycles next =
-            i + 1 < emissions.size() ? emissions[i + 1].at : next_request(context_.robots[index]);
-        if (emission.at < channel_.end())
+        const Cycles next = i + 1 < emissions.size() ? emissions[i + 1].at : next_request(robot);
+        const bool soon = requested_at != NEVER && emission.at < channel_.end();
+        PlannedFrames &planned = shares_[soon ? 0 : robot.share()].planned;
+        if (soon)
             schedule(
                 {emission.at, What::BEGIN, static_cast<uint32_t>(planned_at(emission.at).size())});
-        PlannedFrame &frame = planned_.add(emission.at, context_.step);
+        PlannedFrame &frame = planned.add(emission.at, context_.step);
         frame.emission = emission;
         frame.next = next;
     }
@@ -293,6 +426,12 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
     const uint32_t index = reached.station;
     auto &station = channel_.in_flight().station(index);
     const uint64_t draw = from_above ? 0 : station.draws++;
+    if (!station.in_turn && !from_above && !frame.has_orders && channel_.trail() == nullptr) {
+        const size_t share = context_.team.share_of(index, context_.robots.size());
+        shares_[share].arrivals.push_back({frame.begin, frame.range_m, draw, index,
+                                           reached.distance_mm, frame.message->message()});
+        return;
+    }
     if (receiver_.is_lost(frame, reached, draw)) {
         tally.lost += !from_above;
         return;
@@ -314,8 +453,36 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
 // Memory
 
 void GuestRobots::prefetch(uint32_t robot) const {
+    if (!channel_.in_flight().station(robot).in_turn) return;
     receiver_.prefetch(robot);
     context_.robots[robot].prefetch_receiver();
+}
+
+// Those whose requests are looked at, and those around them.
+void GuestRobots::prefetch_senders_after(const Share &share, size_t i) const {
+    constexpr size_t SOON = 3, LATER = 5, LATEST = 7;
+    if (!prefetches(context_.robots.size()) || i + LATEST >= share.senders.size()) return;
+    const Neighbours &lists = context_.bodies.lists();
+    const uint32_t latest = share.senders[i + LATEST];
+    lists.prefetch_place(latest);
+    channel_.in_flight().prefetch(latest);
+    context_.robots[latest].prefetch();
+    lists.prefetch(share.senders[i + LATER]);
+    for (uint32_t other : lists.of(share.senders[i + SOON])) {
+        channel_.prefetch_next_begin(other);
+        context_.bodies.prefetch_place(other);
+    }
+}
+
+// Those that are executed first.
+void GuestRobots::prefetch_first_after(const Share &share, size_t i) const {
+    constexpr size_t LATER = 5, LATEST = 7;
+    if (!prefetches(context_.robots.size()) || i + LATEST >= share.first.size()) return;
+    const uint32_t latest = share.first[i + LATEST].first;
+    context_.robots[latest].prefetch();
+    context_.bodies.prefetch(latest);
+    channel_.in_flight().prefetch(latest);
+    context_.robots[share.first[i + LATER].first].prefetch_state();
 }
 
 // The robots that are asked or begin a frame, and those around them.
@@ -351,6 +518,14 @@ void GuestRobots::prefetch_after(size_t next) {
 uint32_t GuestRobots::robot_of(const Event &event) {
     if (event.what == What::REQUEST) return event.number;
     return planned_at(event.at)[event.number].emission.robot;
+}
+
+/// Whether a robot that sends in this step or the next reaches another one.
+bool GuestRobots::may_be_in_range(uint32_t sender, uint32_t other) const {
+    const auto &bodies = context_.bodies;
+    const double way_m = 2 * bodies.fastest_m_s() * seconds(context_.step);
+    const double most_m = channel_.robot_range_m(sender) + way_m;
+    return (bodies.position(other) - bodies.position(sender)).squaredNorm() <= most_m * most_m;
 }
 
 bool GuestRobots::is_in_range(uint32_t sender, uint32_t other) const {

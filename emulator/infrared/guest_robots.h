@@ -2,8 +2,10 @@
 /// they are run ahead, and what they receive.
 ///
 /// A robot is executed up to the moment of its transmit request, and past it if carrier sense is
-/// known to find the channel free: then its frames are planned, and begin in their time. Requests
-/// and planned frames of one step are kept in order of time; each costs O(neighbours).
+/// known to find the channel free: then its frames are planned, and begin in their time. A robot
+/// of which that is known when the step begins need not wait for its turn: members of a team execute
+/// these first. Requests and planned frames of one step are kept in order of time; each costs
+/// O(neighbours).
 ///
 /// A robot that has had nothing to say for some time is run on tentatively, for many steps, as if
 /// no light reached it, and where light does reach it, it is brought back (tentative_runs.h). To
@@ -13,6 +15,7 @@
 
 #include <functional>
 #include <queue>
+#include <utility>
 #include <vector>
 
 #include "base/prefetch.h"
@@ -83,36 +86,73 @@ class GuestRobots final : public Stations {
         }
     };
 
+    /// A frame that a robot has received, unless chance loses it there.
+    struct Arrival {
+        Cycles begin;  ///< of the frame
+        double range_m;
+        uint64_t draw;  ///< the robot's count of frames
+        uint32_t robot;
+        float distance_mm;
+        message_t message;
+    };
+    /// Robots of a share in this step (base/team.h).
+    struct alignas(64) Share {
+        /// Those that may begin a frame.
+        std::vector<uint32_t> senders;
+        /// Those that need not wait for their turns, and up to when they are executed first.
+        std::vector<std::pair<uint32_t, Cycles>> first;
+        PlannedFrames planned;
+        /// Frames that robots get when all requests have been taken: none of them is executed
+        /// before. Robots that have their turns get theirs at once.
+        std::vector<Arrival> arrivals;
+        ChannelCounts counts;
+    };
+
+    void run_first();
+    void find_senders(Share &share, size_t begin, size_t end);
+    Cycles run_first_until(uint32_t robot) const;
+    void begin_events();
+    void run_first(uint32_t robot, Cycles until);
+    void grant(Robot &robot, Cycles at, Cycles until) const;
     const Event *first_event() const;
     void schedule(const Event &event);
+    void give_turn(uint32_t robot);
+    void hand_over(const Arrival &arrival, ChannelCounts &counts);
+    void hand_over_all(Share &share);
     /// Brings into the cache what the events some turns after the `next` one need. For large swarms
     /// only.
     void prefetch_after(size_t next);
+    void prefetch_senders_after(const Share &share, size_t i) const;
+    void prefetch_first_after(const Share &share, size_t i) const;
     uint32_t robot_of(const Event &event);
     bool is_in_range(uint32_t sender, uint32_t other) const;
+    bool may_be_in_range(uint32_t sender, uint32_t other) const;
     void take_request(uint32_t index, Cycles at);
     bool may_run_tentatively(uint32_t index) const;
     bool run_tentatively(uint32_t index);
     Cycles end_tentative_run(uint32_t index);
     void bring_back(uint32_t index, const Frame &frame);
     bool is_channel_free(uint32_t index, Cycles at) const;
-    void run_on(uint32_t index, Cycles until);
-    void plan_frames(uint32_t index);
+    Cycles request_of(uint32_t robot) const;
+    void run_on(uint32_t index, Cycles until, Cycles requested_at = NEVER);
+    void plan_frames(uint32_t index, Cycles requested_at);
     static Cycles next_request(const Robot &robot);
-    std::vector<PlannedFrame> &planned_at(Cycles at) { return planned_.at(at, context_.step); }
+    /// Frames of this step are in one list.
+    std::vector<PlannedFrame> &planned_at(Cycles at) {
+        return shares_.front().planned.at(at, context_.step);
+    }
 
     KilobotChannel &channel_;
     ChannelContext context_;
     const RobotReceiver &receiver_;
     bool runs_past_requests_;
     RanAhead ran_ahead_;
-    PlannedFrames planned_;
-    std::vector<uint32_t> senders_;  ///< robots that may begin a frame within this step
-    std::vector<Event> events_;      ///< of this step, those from next_ on to come
+    std::vector<Share> shares_;
+    std::vector<Event> events_;  ///< of this step, those from next_ on to come
     StepSorter<Event> sorter_;
     size_t next_ = 0;
     std::priority_queue<Event, std::vector<Event>, std::greater<>> other_events_;
-    Cycles requested_at_ = NEVER;  ///< the moment that a robot is executed through
+    std::vector<uint32_t> turns_;  ///< robots that have turns in this step
     TentativeRuns tentative_;
     Event turn_ = {0, What::BEGIN, 0};  ///< the event that was taken last
 };

@@ -1,11 +1,21 @@
 #include "infrared/ideal_channel.h"
 
 #include <algorithm>
+#include <span>
 
 #include "infrared/station.h"
 #include "robots/inbox.h"
 
 namespace kilotwin {
+
+namespace {
+
+/// By time, then by robot: the order in which inboxes fill depends on nothing else.
+bool is_before(const Emission &a, const Emission &b) {
+    return a.at != b.at ? a.at < b.at : a.robot < b.robot;
+}
+
+}  // namespace
 
 IdealChannel::IdealChannel(const Settings &settings, const ChannelContext &context)
     : Channel(context),
@@ -13,7 +23,9 @@ IdealChannel::IdealChannel(const Settings &settings, const ChannelContext &conte
       senders_(context.robots.size()),
       frames_of_(context.robots.size()),
       in_range_(settings.range_m, settings.line_of_sight, settings.radius_m, context.bodies.arena(),
-                context.robots.size()) {}
+                context.robots.size(), context.team.size()),
+      frames_(context.team.size()),
+      shares_(context.team.size()) {}
 
 void IdealChannel::boot(Cycles now) {
     Channel::boot(now);
@@ -60,7 +72,7 @@ void IdealChannel::run(Cycles begin, Cycles end, Cycles /*limit*/) {
 }
 
 // A frame is received when the step is over in which it begins, at the earliest.
-Cycles IdealChannel::lookahead(uint32_t robot, Cycles useful, Cycles limit) {
+Cycles IdealChannel::lookahead(uint32_t robot, Cycles useful, Cycles limit) const {
     const Cycles step = context_.step;
     if (!has_lookahead_) return end_;
     const Cycles until = std::min({limit, context_.bodies.lists_hold_until() + step,
@@ -77,7 +89,7 @@ Cycles IdealChannel::lookahead(uint32_t robot, Cycles useful, Cycles limit) {
 // Tick by tick is the oracle of run ahead: the same result in smaller pieces.
 void IdealChannel::run_robot(uint32_t index, Cycles until) {
     Robot &robot = context_.robots[index];
-    context_.emissions.clear();
+    robot.emissions().clear();
     if (context_.run_ahead)
         robot.run(until);
     else
@@ -87,31 +99,96 @@ void IdealChannel::run_robot(uint32_t index, Cycles until) {
 
 /// Puts the frames that a robot sends into the steps in which they begin.
 void IdealChannel::plan_frames(uint32_t robot) {
-    const auto &emissions = context_.emissions;
+    Robot &of = context_.robots[robot];
+    const auto &emissions = of.emissions();
+    PlannedFrames &frames = frames_[of.share()];
     Sender &sender = senders_[robot];
-    sender.next_request = context_.robots[robot].next_ask();
+    sender.next_request = of.next_ask();
     if (sender.planned == 0)
         next_begin_[robot] = emissions.empty() ? sender.next_request : emissions.front().at;
     // Filled where they stand: a copy of a frame that was just written would wait for its parts.
     for (size_t i = 0; i < emissions.size(); i++) {
         const Cycles next = i + 1 < emissions.size() ? emissions[i + 1].at : sender.next_request;
-        PlannedFrame &planned = frames_.add(emissions[i].at, context_.step);
+        PlannedFrame &planned = frames.add(emissions[i].at, context_.step);
         planned.emission = emissions[i];
         planned.next = next;
         sender.planned++;
     }
 }
 
-// By time, then by robot: the order in which inboxes fill must not depend on run ahead.
 void IdealChannel::end_step() {
     for (Stations *kind : others_)
         while (kind->run(end_, end_)) continue;
-    auto &frames = frames_.at(now_, context_.step);
-    sorter_.sort(
+    // Other stations receive frames in order of time, and so are they noted.
+    if (shares_.size() == 1 || !others_.empty() || trail() != nullptr)
+        end_step_in_order();
+    else
+        end_step_by_shares();
+    for (Share &share : shares_) {
+        counts_.sent += share.counts.sent;
+        counts_.wrong_crc += share.counts.wrong_crc;
+        counts_.received += share.counts.received;
+        share.counts = {};
+    }
+    for (PlannedFrames &frames : frames_) frames.forget(now_, context_.step);
+}
+
+void IdealChannel::end_step_in_order() {
+    auto &all = frames_.front().at(now_, context_.step);
+    for (size_t share = 1; share < frames_.size(); share++) {
+        const auto &more = frames_[share].at(now_, context_.step);
+        all.insert(all.end(), more.begin(), more.end());
+    }
+    Share &share = shares_.front();
+    send_all(all, share, [&](const Emission &emission, const Receiver &receiver) {
+        deliver(emission, receiver, share.counts);
+    });
+}
+
+// First each share finds the receivers of its senders, then it hands its receivers their frames.
+void IdealChannel::end_step_by_shares() {
+    Team &team = context_.team;
+    team.share([this](uint32_t number) {
+        Share &share = shares_[number];
+        share.on_way.resize(shares_.size());
+        for (auto &deliveries : share.on_way) deliveries.clear();
+        auto &frames = frames_[number].at(now_, context_.step);
+        send_all(frames, share, [&](const Emission &emission, const Receiver &receiver) {
+            const uint32_t to = context_.team.share_of(receiver.robot, context_.robots.size());
+            share.on_way[to].push_back({&emission, receiver});
+        });
+    });
+    team.share([this](uint32_t share) { deliver_to(share); });
+}
+
+/// Merges what senders of all shares have for receivers of one.
+void IdealChannel::deliver_to(uint32_t share) {
+    constexpr size_t LATER = 8;
+    std::vector<std::span<const Delivery>> left;
+    for (const Share &from : shares_)
+        if (!from.on_way[share].empty()) left.emplace_back(from.on_way[share]);
+    while (!left.empty()) {
+        const auto next = std::min_element(left.begin(), left.end(), [](auto &a, auto &b) {
+            return is_before(*a.front().emission, *b.front().emission);
+        });
+        const Emission *const emission = next->front().emission;
+        if (next->size() > LATER && prefetches(context_.robots.size()))
+            context_.robots[(*next)[LATER].receiver.robot].prefetch_receiver();
+        size_t count = 0;
+        for (; count < next->size() && (*next)[count].emission == emission; count++)
+            deliver(*emission, (*next)[count].receiver, shares_[share].counts);
+        *next = next->subspan(count);
+        if (next->empty()) left.erase(next);
+    }
+}
+
+/// Frames of the step that begins at now_, whose senders and `share` belong together.
+template <typename Deliver>
+void IdealChannel::send_all(std::vector<PlannedFrame> &frames, Share &share, Deliver deliver) {
+    share.sorter.sort(
         frames, now_, context_.step, [](const PlannedFrame &frame) { return frame.emission.at; },
         [](const PlannedFrame &a, const PlannedFrame &b) {
-            return a.emission.at != b.emission.at ? a.emission.at < b.emission.at
-                                                  : a.emission.robot < b.emission.robot;
+            return is_before(a.emission, b.emission);
         });
     for (size_t i = 0; i < frames.size(); i++) {
         prefetch_after(frames, i);
@@ -119,15 +196,15 @@ void IdealChannel::end_step() {
         Sender &sender = senders_[emission.robot];
         sender.planned--;
         next_begin_[emission.robot] = sender.planned > 0 ? next : sender.next_request;
-        send(emission);
+        send(emission, share.counts, deliver);
     }
-    frames_.forget(now_, context_.step);
 }
 
 // Cells receive a frame whatever its CRC, robots drop one that is wrong.
-void IdealChannel::send(const Emission &emission) {
+template <typename Deliver>
+void IdealChannel::send(const Emission &emission, ChannelCounts &counts, Deliver deliver) {
     const uint32_t sender = emission.robot;
-    counts_.sent++;
+    counts.sent++;
     frames_of_[sender].sent++;
     CheckedMessage &message = senders_[sender].message;
     message.say(emission.message);
@@ -141,20 +218,24 @@ void IdealChannel::send(const Emission &emission) {
         for (Stations *kind : others_) kind->shine_from_robot(frame, here);
     }
     if (!message.crc_is_right()) {
-        counts_.wrong_crc++;
+        counts.wrong_crc++;
         return;
     }
+    for (const auto &receiver : receivers_of(sender)) deliver(emission, receiver);
+}
+
+void IdealChannel::deliver(const Emission &emission, const Receiver &receiver,
+                           ChannelCounts &counts) {
+    Robot &robot = context_.robots[receiver.robot];
+    if (robot.is_deaf()) return;
     const Cycles at = received_at(emission.at);
-    for (const auto &receiver : receivers_of(sender)) {
-        if (context_.robots[receiver.robot].is_deaf()) continue;
-        if (trail() != nullptr) [[unlikely]]
-            trail()->arrived({Trail::Kind::ROBOT, sender}, {Trail::Kind::ROBOT, receiver.robot},
-                             emission.at, at, emission.message);
-        auto gain = static_cast<int16_t>(std::min<uint16_t>(receiver.distance_mm, INT16_MAX));
-        context_.robots[receiver.robot].receive(at, emission.message, {gain, gain});
-        frames_of_[receiver.robot].received++;
-        counts_.received++;
-    }
+    if (trail() != nullptr) [[unlikely]]
+        trail()->arrived({Trail::Kind::ROBOT, emission.robot}, {Trail::Kind::ROBOT, receiver.robot},
+                         emission.at, at, emission.message);
+    auto gain = static_cast<int16_t>(std::min<uint16_t>(receiver.distance_mm, INT16_MAX));
+    robot.receive(at, emission.message, {gain, gain});
+    frames_of_[receiver.robot].received++;
+    counts.received++;
 }
 
 // The sender's kind has found that the robot is in range.
@@ -175,7 +256,8 @@ const std::vector<Receiver> &IdealChannel::receivers_of(uint32_t robot) {
     const bool keep = bodies.still_since(robot) != NEVER;
     senders_[robot].receivers_at = keep ? now_ : NEVER;
     auto place_of = [&](uint32_t other) { return bodies.position(other); };
-    return in_range_.find(robot, bodies.lists().of(robot), place_of, keep);
+    return in_range_.find(robot, bodies.lists().of(robot), place_of, keep,
+                          context_.robots[robot].share());
 }
 
 /// Whether no robot that could matter has moved since the receivers of `robot` were found.

@@ -39,7 +39,7 @@ class IdealChannel final : public Channel {
     void shine_from_above(const message_t &message, Cycles at, uint32_t controller) override;
     Cycles next_from_above() const override;
     void run(Cycles begin, Cycles end, Cycles limit) override;
-    Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) override;
+    Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) const override;
     void run_robot(uint32_t index, Cycles until) override;
 
     /// Other stations are executed through the step; then its frames, in order of time, reach their
@@ -77,19 +77,38 @@ class IdealChannel final : public Channel {
         uint32_t controller;
     };
 
+    /// A frame on its way to a robot of another share.
+    struct Delivery {
+        const Emission *emission;
+        Receiver receiver;
+    };
+    /// Frames of a share's senders in a step, whose receivers are of any share.
+    struct alignas(64) Share {
+        StepSorter<PlannedFrame> sorter;
+        ChannelCounts counts;                       ///< of this step
+        std::vector<std::vector<Delivery>> on_way;  ///< by the receivers' share, in order of time
+    };
+
     void plan_frames(uint32_t robot);
     void prefetch_after(const std::vector<PlannedFrame> &frames, size_t i) const;
-    /// Reaches the receivers, if its CRC is right.
-    void send(const Emission &emission);
+    void end_step_in_order();  ///< all frames of the step, one after the other
+    void end_step_by_shares();
+    void deliver_to(uint32_t share);
+    template <typename Deliver>
+    void send_all(std::vector<PlannedFrame> &frames, Share &share, Deliver deliver);
+    /// Finds the receivers, if its CRC is right.
+    template <typename Deliver>
+    void send(const Emission &emission, ChannelCounts &counts, Deliver deliver);
+    void deliver(const Emission &emission, const Receiver &receiver, ChannelCounts &counts);
     const std::vector<Receiver> &receivers_of(uint32_t robot);
     bool receivers_hold(uint32_t robot) const;
 
     double range_m_;
-    Swarm<Sender> senders_;             ///< by robot
-    Swarm<FrameCounts> frames_of_;      ///< by robot; a frame counts when it begins
-    ReceiversInRange in_range_;         ///< finds and keeps receivers
-    PlannedFrames frames_;              ///< sent, not yet received
-    StepSorter<PlannedFrame> sorter_;   ///< of the frames of a step
+    Swarm<Sender> senders_;              ///< by robot
+    Swarm<FrameCounts> frames_of_;       ///< by robot; a frame counts when it begins
+    ReceiversInRange in_range_;          ///< finds and keeps receivers
+    std::vector<PlannedFrames> frames_;  ///< sent, not yet received; by the senders' share
+    std::vector<Share> shares_;
     std::deque<FromAbove> from_above_;  ///< frames that end later, in order of time
 };
 

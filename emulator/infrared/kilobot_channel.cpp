@@ -140,7 +140,7 @@ bool KilobotChannel::run_others(Cycles next) {
     return turn + 1 < next;
 }
 
-Cycles KilobotChannel::lookahead(uint32_t robot, Cycles useful, Cycles limit) {
+Cycles KilobotChannel::lookahead(uint32_t robot, Cycles useful, Cycles limit) const {
     if (!has_lookahead_ || carrier_sense_.may_be_busy(robot)) return end_;
     const Cycles until = std::min(limit, context_.bodies.lists_hold_until());
     if (until <= end_) return end_;

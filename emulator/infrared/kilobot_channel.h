@@ -64,7 +64,7 @@ class KilobotChannel final : public Channel {
     }
     Cycles next_from_above() const override { return above_.next(); }
     void run(Cycles begin, Cycles end, Cycles limit) override;
-    Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) override;
+    Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) const override;
     void run_robot(uint32_t robot, Cycles until) override { guests_.run_robot(robot, until); }
     void end_step() override {}
     void prefetch(uint32_t robot) const override { in_flight_.prefetch(robot); }

@@ -54,26 +54,32 @@ class RobotReceiver {
         if (frame.above > 0)
             return chance_.uniform(reached.station, Purpose::OVERHEAD_LOSS, frame.above) <
                    settings_.overhead_loss;
-        const double share = reached.distance_mm / 1000 / frame.range_m;
+        return is_lost(reached.station, reached.distance_mm, frame.range_m, draw);
+    }
+    /// The same of a frame that is not from above.
+    bool is_lost(uint32_t robot, float distance_mm, double range_m, uint64_t draw) const {
+        const double share = distance_mm / 1000 / range_m;
         const double loss = settings_.loss + (settings_.loss_at_range - settings_.loss) * share *
                                                  share * share * share;
-        return chance_.uniform(reached.station, Purpose::FRAME_LOSS, draw) < loss;
+        return chance_.uniform(robot, Purpose::FRAME_LOSS, draw) < loss;
     }
 
     /// The readings of a robot's converter for the frame's leader, noise included.
     distance_measurement_t measure(const Frame &frame, const Reached &reached,
                                    uint64_t draw) const {
-        if (frame.above > 0) return FROM_ABOVE;
+        return frame.above > 0 ? FROM_ABOVE : measure(reached.station, reached.distance_mm, draw);
+    }
+    /// The same of a frame that is not from above.
+    distance_measurement_t measure(uint32_t robot, float true_mm, uint64_t draw) const {
         std::array<double, 2> noise = {0, 0};
         if (settings_.gain_noise_lsb > 0)
-            noise = pairs_.draw(reached.station, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
-        const Receiver &receiver = receivers_[reached.station];
-        const double distance_mm = reached.distance_mm + static_cast<double>(receiver.error_mm);
+            noise = pairs_.draw(robot, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
+        const Receiver &receiver = receivers_[robot];
+        const double distance_mm = true_mm + static_cast<double>(receiver.error_mm);
         const double low_lsb = settings_.gain_noise_lsb * noise[0],
                      high_lsb = settings_.gain_noise_lsb * noise[1];
         if (receiver.is_measured) [[unlikely]]
-            return robots_[reached.station].calibration().gains.measure(distance_mm, low_lsb,
-                                                                        high_lsb);
+            return robots_[robot].calibration().gains.measure(distance_mm, low_lsb, high_lsb);
         return InfraredGains::measure_synthetic(receiver.low_at_contact, distance_mm, low_lsb,
                                                 high_lsb);
     }

@@ -121,7 +121,7 @@ void Module::wait_until(Cycles wake) {
         }
         if (wake < time_.until) break;
         wake_ = wake;
-        GuestStack::instance().suspend();
+        stack().suspend();
     }
     wake_ = NEVER;
     time_.now = std::max(time_.now, wake);

@@ -80,7 +80,7 @@ void Module::enter_boot_loader() {
     time_.next_tick = NEVER;
     burst_.job = JOB_NONE;
     drop_call();
-    GuestStack::instance().abandon();
+    stack().abandon();
 }
 
 // The boot loader is left by an order, or when the last page is in. The program stays the one that
@@ -104,7 +104,7 @@ void Module::take_in_boot_loader(const CanFrame &frame) {
 // Leaves the interrupt that runs, and all calls of the program.
 void Module::restart() {
     reset(time_.now);
-    GuestStack::instance().abandon();
+    stack().abandon();
 }
 
 // The program's buffer is one: it is valid until the callback returns.

@@ -70,7 +70,7 @@ void Module::ask(Asking why, uint8_t cell, const message_t &message) {
         answer(Answer::SENT);
     }
     if (!in_program_) return;
-    while (asking_ != Asking::NOTHING) GuestStack::instance().suspend();
+    while (asking_ != Asking::NOTHING) stack().suspend();
     settle();
 }
 

@@ -30,10 +30,11 @@ std::vector<Object> objects_of(const std::vector<PlacedObject> &placed) {
 
 }  // namespace
 
-Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
-               Cycles begin, const std::vector<Pose> &poses, double reach_m,
+Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Team &team,
+               Cycles step, Cycles begin, const std::vector<Pose> &poses, double reach_m,
                const std::vector<PlacedObject> &objects)
     : arena_(arena),
+      team_(team),
       radius_m_(profile.radius_m),
       margin_m_(CONTACT_MARGIN * profile.radius_m),
       step_(step),
@@ -56,14 +57,15 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       is_touching_(poses.size(), false),
       next_contact_(poses.size(), NEVER),
       commands_(poses.size()),
-      candidates_(poses.size()) {
+      candidates_(poses.size()),
+      shares_(team.size()) {
     trajectories_.reserve(poses.size());
     places_.reserve(poses.size());
     for (const Pose &pose : poses) {
         trajectories_.emplace_back(begin, pose);
         places_.push_back(pose.position);
     }
-    listed_at_ = places_;
+    next_places_ = listed_at_ = places_;
     lists_.rebuild(places_);
     for (const auto &placed : objects) object_states_.push_back({placed.pose, {}});
     is_pushed_.resize(objects.size());
@@ -123,9 +125,14 @@ void Bodies::place(uint32_t robot, const Pose &pose) {
 
 bool Bodies::refresh_lists() {
     if (now_ < lists_due_) return false;
+    team_.share(size(), [this](uint32_t share, size_t begin, size_t end) {
+        double square = 0;
+        for (size_t robot = begin; robot < end; robot++)
+            square = std::max(square, (places_[robot] - listed_at_[robot]).squaredNorm());
+        shares_[share].drift_square = square;
+    });
     double square = 0;
-    for (uint32_t robot = 0; robot < size(); robot++)
-        square = std::max(square, (places_[robot] - listed_at_[robot]).squaredNorm());
+    for (const Share &share : shares_) square = std::max(square, share.drift_square);
     double drift_m = std::sqrt(square);
     const bool stale = lists_stale_ || 2 * drift_m > SKIN_USED * lists_.skin_m();
     if (stale) {
@@ -144,24 +151,45 @@ bool Bodies::refresh_lists() {
 }
 
 void Bodies::step() {
+    go_freely();
     find_contacts();
     update_contacts();
     step_contacts();
-    free_motions_.clear();
     before_.clear();
     now_ += step_;
-    place_all();
+    places_.swap(next_places_);
 }
 
-void Bodies::place_all() {
+/// Commands within this step take effect, and all robots go on up to its end.
+void Bodies::go_freely() {
+    team_.share(size(), [this](uint32_t share, size_t begin, size_t end) {
+        choose(shares_[share].changing, begin, end,
+               [this](uint32_t robot) { return next_change_[robot] < now_ + step_; });
+    });
+    size_t changing = 0;
+    for (const Share &share : shares_) changing += share.changing.size();
+    before_.resize(changing);
+    team_.share(size(), [this](uint32_t share, size_t begin, size_t end) {
+        size_t slot = 0;
+        for (uint32_t other = 0; other < share; other++) slot += shares_[other].changing.size();
+        change_drives(shares_[share], slot);
+        for (size_t robot = begin; robot < end; robot++)
+            next_places_[robot] = trajectories_[robot].position(now_ + step_);
+    });
+}
+
+/// Of the robots of a share, whose trajectories when the step began are kept in before_ from `slot`
+/// on.
+void Bodies::change_drives(const Share &share, size_t slot) {
     constexpr size_t SOON = 4;
-    choose(changing_, size(), [this](uint32_t robot) { return next_change_[robot] < now_; });
-    for (size_t i = 0; i < changing_.size(); i++) {
-        if (prefetches(size()) && i + SOON < changing_.size()) prefetch_motors(changing_[i + SOON]);
-        apply_commands(changing_[i], now_);
+    const auto &changing = share.changing;
+    for (size_t i = 0; i < changing.size(); i++, slot++) {
+        if (prefetches(size()) && i + SOON < changing.size()) prefetch_motors(changing[i + SOON]);
+        const uint32_t robot = changing[i];
+        before_[slot] = {robot, trajectories_[robot]};
+        candidates_[robot].before_slot = static_cast<uint32_t>(slot);
+        apply_commands(robot, now_ + step_);
     }
-    for (uint32_t robot = 0; robot < size(); robot++)
-        places_[robot] = trajectories_[robot].position(now_);
 }
 
 void Bodies::apply_commands(uint32_t robot, Cycles until) {
@@ -191,36 +219,18 @@ void Bodies::apply_commands(uint32_t robot, Cycles until) {
 
 /// Whether commands of this step took effect already: its trajectory is that of the step's end.
 bool Bodies::has_changed(uint32_t robot) const {
-    return has_free_motion(robot) &&
-           free_motions_[candidates_[robot].free_slot].before_slot != UINT32_MAX;
+    const uint32_t slot = candidates_[robot].before_slot;
+    return slot < before_.size() && before_[slot].robot == robot;
 }
 
 /// The trajectory of a robot when this step began.
 const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
     const bool changed = has_changed(robot);
-    if (!changed) return trajectories_[robot];
-    return before_[free_motions_[candidates_[robot].free_slot].before_slot].trajectory;
-}
-
-/// Finds where a robot would go within this step. Commands within it take effect.
-void Bodies::find_free_motion(uint32_t robot) {
-    candidates_[robot].free_slot = static_cast<uint32_t>(free_motions_.size());
-    FreeMotion &free = free_motions_.emplace_back();
-    const Trajectory &trajectory = trajectories_[robot];
-    const Cycles end = now_ + step_;
-    free.robot = robot;
-    free.heading = trajectory.heading(now_);
-    if (next_change_[robot] < end) {
-        free.before_slot = static_cast<uint32_t>(before_.size());
-        before_.push_back({robot, trajectory});
-        apply_commands(robot, end);
-    }
-    free.shift.by = trajectory.position(end) - places_[robot];
-    free.shift.turn = wrapped(trajectory.heading(end) - free.heading);
+    return changed ? before_[candidates_[robot].before_slot].trajectory : trajectories_[robot];
 }
 
 void Bodies::find_candidates(uint32_t robot) {
-    auto &[until, robots, free_slot] = candidates_[robot];
+    auto &[until, robots, before_slot, body_slot] = candidates_[robot];
     const auto list = lists_.of(robot);
     robots.resize(list.size());
     const Eigen::Vector2d here = position(robot);
@@ -241,14 +251,14 @@ void Bodies::find_candidates(uint32_t robot) {
 }
 
 /// Prefetches what may_touch() needs of robots after the i-th.
-void Bodies::prefetch_ahead(size_t i) const {
+void Bodies::prefetch_ahead(const Share &share, size_t i) const {
     constexpr size_t LATER = 4, LATEST = 6;
-    if (!prefetches(size()) || i + LATEST >= near_contact_.size()) return;
-    const uint32_t latest = near_contact_[i + LATEST];
-    prefetch_motors(latest);
+    if (!prefetches(size()) || i + LATEST >= share.near_contact.size()) return;
+    const uint32_t latest = share.near_contact[i + LATEST];
+    prefetch_line(&trajectories_[latest]);
     prefetch_line(&candidates_[latest]);
     lists_.prefetch_place(latest);
-    lists_.prefetch(near_contact_[i + LATER]);
+    lists_.prefetch(share.near_contact[i + LATER]);
 }
 
 /// Finds the robots that may touch a body or a wall within this step, and all that those may push
@@ -256,11 +266,11 @@ void Bodies::prefetch_ahead(size_t i) const {
 void Bodies::find_contacts() {
     touching_.clear();
     pairs_.clear();
-    choose(near_contact_, size(), [this](uint32_t robot) { return next_contact_[robot] <= now_; });
-    for (size_t i = 0; i < near_contact_.size(); i++) {
-        prefetch_ahead(i);
-        if (may_touch(near_contact_[i])) include(near_contact_[i]);
-    }
+    team_.share(size(), [this](uint32_t share, size_t begin, size_t end) {
+        find_touching(shares_[share], begin, end);
+    });
+    for (const Share &share : shares_)
+        for (const uint32_t robot : share.touching) include(robot);
     // Robots found up to here are ascending, and so are their pairs.
     size_t next = 0;
     auto add_all_touched = [&] {
@@ -275,6 +285,17 @@ void Bodies::find_contacts() {
     sort_tail(pairs_);
 }
 
+/// Looks at robots one by one. What is found of one does not depend on what is found of others.
+void Bodies::find_touching(Share &share, size_t begin, size_t end) {
+    choose(share.near_contact, begin, end,
+           [this](uint32_t robot) { return next_contact_[robot] <= now_; });
+    share.touching.clear();
+    for (size_t i = 0; i < share.near_contact.size(); i++) {
+        prefetch_ahead(share, i);
+        if (may_touch(share.near_contact[i])) share.touching.push_back(share.near_contact[i]);
+    }
+}
+
 void Bodies::add_touching(uint32_t robot) {
     is_touching_[robot] = true;
     touching_.push_back(robot);
@@ -287,7 +308,7 @@ void Bodies::add_touching(uint32_t robot) {
 bool Bodies::may_touch(uint32_t robot) {
     const Eigen::Vector2d here = position(robot);
     const Cycles change = next_change_[robot];
-    if (trajectories_[robot].drive().at_rest() && change >= now_ + step_) {
+    if (stays(robot)) {
         next_contact_[robot] = change == NEVER ? NEVER : begin_of_step(change, step_);
         return false;
     }
@@ -316,7 +337,7 @@ double Bodies::longest_free_m(uint32_t robot) const {
 }
 
 /// Whether two robots within contact reach would touch, both going on as they do.
-bool Bodies::would_touch(uint32_t robot, uint32_t other) {
+bool Bodies::would_touch(uint32_t robot, uint32_t other) const {
     const Eigen::Vector2d apart = position(other) - position(robot);
     const double touch = 2 * radius_m_ + margin_m_, square = apart.squaredNorm();
     if (contacts_.holds(other)) {  // it may be pushed anywhere
@@ -334,8 +355,8 @@ bool Bodies::would_touch(uint32_t robot, uint32_t other) {
 }
 
 /// `wall_gap_m`: of the robot's rim when the step begins.
-bool Bodies::would_touch_wall(uint32_t robot, double wall_gap_m) {
-    const Eigen::Vector2d there = position(robot) + free_path(robot);
+bool Bodies::would_touch_wall(uint32_t robot, double wall_gap_m) const {
+    const Eigen::Vector2d &there = next_places_[robot];
     const double then_m = arena_.wall_gap(there);
     if (arena_.is_open()) return then_m <= radius_m_ + margin_m_;
     // It may come nearer on its way than at either end, by half of what the way is longer.
@@ -388,25 +409,22 @@ void Bodies::step_contacts() {
         return;
     }
     contact_bodies_.resize(held.size());
-    for (uint32_t i = 0; i < held.size(); i++) {
-        const uint32_t robot = held[i];
-        if (prefetches(size())) contacts_.prefetch(robot);
-        ContactBody &body = contact_bodies_[i];
-        FreeMotion &free = free_motion(robot);
-        body.free = free.shift;
-        body.pose = {places_[robot], free.heading};
-        free.body_slot = i;
-        find_wall_contacts(body);
-        if (!at_object_.empty() && at_object_[robot]) body.kind = ContactBody::Kind::ISLAND;
-    }
+    team_.share(held.size(), [this](uint32_t, size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++) fill_body(static_cast<uint32_t>(i));
+    });
     find_body_pairs();
     contacts_.step(contact_bodies_, body_pairs_, pushed_objects_, seconds(step_));
     solver_steps_ += held.size();
+    team_.share(held.size(), [this](uint32_t, size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++) take_moved(i, now_ + step_);
+    });
     double square = 0;
     for (size_t i = 0; i < held.size(); i++) {
         const ContactBody &body = contact_bodies_[i];
-        square = std::max({square, body.moved.by.squaredNorm(), body.free.by.squaredNorm()});
-        take_moved(i, now_ + step_);
+        const auto &[by, turn] = body.moved;
+        square = std::max({square, by.squaredNorm(), body.free.by.squaredNorm()});
+        if (by.x() != 0 || by.y() != 0 || turn != 0) pushed_.push_back(held[i]);
+        record_overlap(body.gap_m);
     }
     longest_shift_m_ = std::sqrt(square);
     for (const auto &[object, state] : pushed_objects_)
@@ -414,24 +432,38 @@ void Bodies::step_contacts() {
                                     seconds(step_) * state.most_m_s(objects_[object].radius_m()));
     const double touch = 2 * radius_m_;
     for (const auto &[one, other, distance_m] : pairs_) {
-        const double apart = (places_[other] - places_[one]).squaredNorm();
+        const double apart = (next_places_[other] - next_places_[one]).squaredNorm();
         if (apart < touch * touch) record_overlap(std::sqrt(apart) - touch);
     }
 }
 
-/// Restarts the trajectory of the i-th robot held by contacts_ where the step ended.
+/// The i-th body, as its robot would go if nothing touched it.
+void Bodies::fill_body(uint32_t i) {
+    const uint32_t robot = contacts_.robots()[i];
+    if (prefetches(size())) contacts_.prefetch(robot);
+    const double heading = trajectory_before(robot).heading(now_);
+    const double then = trajectories_[robot].heading(now_ + step_);
+    ContactBody &body = contact_bodies_[i];
+    body.free = {free_path(robot), wrapped(then - heading)};
+    body.pose = {places_[robot], heading};
+    candidates_[robot].body_slot = i;
+    find_wall_contacts(body);
+    if (!at_object_.empty() && at_object_[robot]) body.kind = ContactBody::Kind::ISLAND;
+}
+
+/// Restarts the trajectory of the i-th robot held by contacts_ where the step ended. Its body's gap
+/// is that to the walls from there on.
 void Bodies::take_moved(size_t i, Cycles end) {
     const uint32_t robot = contacts_.robots()[i];
-    const ContactBody &body = contact_bodies_[i];
+    ContactBody &body = contact_bodies_[i];
     const auto &[by, turn] = body.moved;
     Trajectory &trajectory = trajectories_[robot];
     const bool moved = by.x() != 0 || by.y() != 0;
     if (moved) still_since_[robot] = trajectory.drive().stands() ? end : NEVER;
-    if (moved || turn != 0) pushed_.push_back(robot);
     const Pose pose = {body.pose.position + by, wrapped(body.pose.heading + turn)};
     trajectory.restart(end, pose);
-    places_[robot] = pose.position;
-    record_overlap(arena_.wall_gap(pose.position) - radius_m_);
+    next_places_[robot] = pose.position;
+    body.gap_m = arena_.wall_gap(pose.position) - radius_m_;
 }
 
 /// Finds which robots held by contacts_ may touch each other within this step.
@@ -442,7 +474,7 @@ void Bodies::find_body_pairs() {
     for (const auto &[one, other, distance_m] : pairs_)
         if (distance_m - 2 * radius_m_ <= most_m)
             body_pairs_.push_back(
-                {free_motion(one).body_slot, free_motion(other).body_slot, distance_m});
+                {candidates_[one].body_slot, candidates_[other].body_slot, distance_m});
 }
 
 void Bodies::find_wall_contacts(ContactBody &body) const {

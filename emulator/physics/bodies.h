@@ -1,9 +1,11 @@
 /// Poses of all robots, and the broad phase: in closed form while nothing touches a robot
 /// (motion.h), by Contacts while it is near a contact.
 ///
-/// A world step is: command() for what motors were ordered within it, then step(). All robots are
-/// placed when a step ends, whether anything asks or not: that costs less than keeping track of
-/// which places are old. Motor commands and motor noise act exactly at their times within a step.
+/// A world step is: command() for what motors were ordered within it, then step(). That finds where
+/// all robots would be at its end if nothing touched them, whether anything asks or not: it costs
+/// less than keeping track of which places are old. Then it moves those that touch something. Motor
+/// commands and motor noise act exactly at their times within a step. Members of a team share the
+/// robots, and command() those of their shares.
 ///
 /// Neighbour lists (neighbours.h) hold all robots within a reach, plus a skin. They are renewed
 /// when a robot has moved by a share of half the skin, so that no robot outside a list comes within
@@ -22,6 +24,7 @@
 #include "base/motor_command.h"
 #include "base/prefetch.h"
 #include "base/selection.h"
+#include "base/team.h"
 #include "physics/arena.h"
 #include "physics/chassis.h"
 #include "physics/contact/contacts.h"
@@ -36,9 +39,9 @@ class Bodies {
   public:
     /// Robots that stand at `poses` when the first step begins, at `begin`; steps last `step`
     /// cycles, 1, 2 or 4 ticks. Neighbour lists reach `reach_m` at least, and never less than a
-    /// contact does. `arena` and `chance` must outlive this.
-    Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
-           Cycles begin, const std::vector<Pose> &poses, double reach_m,
+    /// contact does. `arena`, `chance` and `team` must outlive this.
+    Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Team &team,
+           Cycles step, Cycles begin, const std::vector<Pose> &poses, double reach_m,
            const std::vector<PlacedObject> &objects = {});
 
     /// Orders duties of a robot's motors from `command.at` on. Calls come in order of time for each
@@ -135,14 +138,12 @@ class Bodies {
     const Overlaps &overlaps() const { return overlaps_; }
 
   private:
-    /// Where a robot would go within a step if nothing touched it: of those near a contact, so that
-    /// all of a step lie side by side.
-    struct alignas(64) FreeMotion {
-        Shift shift;
-        double heading = 0;  ///< when the step begins
-        uint32_t robot = 0;
-        uint32_t before_slot = UINT32_MAX;  ///< position in before_, if it is there
-        uint32_t body_slot = 0;             ///< position in contact_bodies_, if it is there
+    /// Robots of a share, ascending, in a step (base/team.h).
+    struct alignas(64) Share {
+        std::vector<uint32_t> changing;      ///< their drive changes
+        std::vector<uint32_t> near_contact;  ///< to be examined by the broad phase
+        std::vector<uint32_t> touching;      ///< of these, those that may touch something
+        double drift_square = 0;             ///< the longest since the lists were made, squared
     };
 
     /// Motor commands that have not taken effect: list[next] and later.
@@ -156,7 +157,9 @@ class Bodies {
     struct alignas(64) Candidates {
         Cycles until = 0;
         RobotList robots;
-        uint32_t free_slot = 0;  ///< position of its own in free_motions_, if that is there
+        // Of the one, in lists of a step, if it is there.
+        uint32_t before_slot = 0;  ///< position in before_
+        uint32_t body_slot = 0;    ///< position in contact_bodies_
     };
     /// Two robots that may touch within the step; one < other.
     struct Pair {
@@ -181,21 +184,18 @@ class Bodies {
         prefetch(robot);
         chassis_.prefetch(robot);
     }
-    void place_all();  ///< positions of all robots at the end of the step
+    void go_freely();
+    void change_drives(const Share &share, size_t slot);
     void apply_commands(uint32_t robot, Cycles until);
     bool has_changed(uint32_t robot) const;
     const Trajectory &trajectory_before(uint32_t robot) const;
-    bool has_free_motion(uint32_t robot) const {
-        const uint32_t slot = candidates_[robot].free_slot;
-        return slot < free_motions_.size() && free_motions_[slot].robot == robot;
+    /// Its way within this step if nothing touched it.
+    Eigen::Vector2d free_path(uint32_t robot) const { return next_places_[robot] - places_[robot]; }
+    /// Whether it stays where it is in this step unless something touches it.
+    bool stays(uint32_t robot) const {
+        return trajectories_[robot].drive().at_rest() && next_change_[robot] >= now_ + step_ &&
+               !has_changed(robot);
     }
-    /// Holds until the next robot's is found.
-    FreeMotion &free_motion(uint32_t robot) {
-        if (!has_free_motion(robot)) find_free_motion(robot);
-        return free_motions_[candidates_[robot].free_slot];
-    }
-    Eigen::Vector2d free_path(uint32_t robot) { return free_motion(robot).shift.by; }
-    void find_free_motion(uint32_t robot);
     double longest_free_m(uint32_t robot) const;
 
     // The broad phase: from all robots to touching_ and pairs_. Most robots cost a comparison with
@@ -207,11 +207,12 @@ class Bodies {
     void find_candidates(uint32_t robot);
     /// Robots whose centres are farther apart cannot touch within a step.
     double contact_reach_m() const { return 2 * radius_m_ + contact_gap_m_; }
-    void prefetch_ahead(size_t i) const;
+    void prefetch_ahead(const Share &share, size_t i) const;
     void find_contacts();
+    void find_touching(Share &share, size_t begin, size_t end);
     bool may_touch(uint32_t robot);
-    bool would_touch(uint32_t robot, uint32_t other);
-    bool would_touch_wall(uint32_t robot, double wall_gap_m);
+    bool would_touch(uint32_t robot, uint32_t other) const;
+    bool would_touch_wall(uint32_t robot, double wall_gap_m) const;
     void include(uint32_t robot) {
         if (!is_touching_[robot]) add_touching(robot);
     }
@@ -232,6 +233,7 @@ class Bodies {
     // After it: touching_ to contacts_, and their poses back.
     void update_contacts();
     void step_contacts();
+    void fill_body(uint32_t i);
     /// A body goes on from where the contact left it.
     void take_moved(size_t i, Cycles end);
     void find_body_pairs();
@@ -239,6 +241,7 @@ class Bodies {
     void record_overlap(double gap_m);  ///< if it is negative
 
     const Arena &arena_;
+    Team &team_;
     double radius_m_, margin_m_;
     Cycles step_;  ///< length of a world step
     Cycles now_;   ///< begin of the current step
@@ -257,7 +260,9 @@ class Bodies {
 
     // By robot. Records that one loop needs together share a cache line.
     Swarm<Trajectory> trajectories_;
-    Swarm<Eigen::Vector2d> places_;     ///< when the current step begins
+    Swarm<Eigen::Vector2d> places_;  ///< when the current step begins
+    /// When it ends: if nothing touched it, then where that left it.
+    Swarm<Eigen::Vector2d> next_places_;
     Swarm<Cycles> next_change_;         ///< of its drive
     Swarm<double> speeds_;              ///< of its drive, m/s
     Swarm<Cycles> still_since_;         ///< NEVER while it moves
@@ -275,12 +280,10 @@ class Bodies {
     std::vector<std::vector<uint32_t>> near_objects_;  ///< robots that may touch it in this step
 
     // Lists of one step; kept for their memory.
-    std::vector<uint32_t> changing_;      ///< robots whose drive changes
-    std::vector<uint32_t> near_contact_;  ///< robots to be examined by the broad phase
-    std::vector<uint32_t> touching_;      ///< robots that may touch something, ascending
-    std::vector<FreeMotion> free_motions_;
-    std::vector<Before> before_;
-    std::vector<Pair> pairs_;  ///< of touching_
+    std::vector<Share> shares_;
+    std::vector<uint32_t> touching_;  ///< robots that may touch something, ascending
+    std::vector<Before> before_;      ///< of robots whose drive changes, ascending
+    std::vector<Pair> pairs_;         ///< of touching_
     std::vector<uint32_t> pushed_;
     std::vector<ContactBody> contact_bodies_;  ///< of the robots held by contacts_
     std::vector<ContactPair> body_pairs_;      ///< of contact_bodies_

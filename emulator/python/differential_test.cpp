@@ -93,9 +93,10 @@ nb::list native_prints(const DifferentialTest &self) {
 std::unique_ptr<Driver> driver_of(const std::string &tier, const std::string &guest,
                                   const std::string &name) {
     switch (tier_of(tier)) {
-    case Tier::NATIVE: return std::make_unique<NativeDriver>(Program::load(guest, name), 1);
+    case Tier::NATIVE:
+        return std::make_unique<NativeDriver>(std::vector{&Program::load(guest, name)}, 1);
     case Tier::TRANSLATED:
-        return std::make_unique<TranslatedDriver>(TranslatedProgram::load(guest, name), 1);
+        return std::make_unique<TranslatedDriver>(TranslatedProgram::load(guest, name), 1, 1);
     default: throw EngineError("a chip is compared with a native or a translated program");
     }
 }

@@ -20,10 +20,10 @@ std::vector<std::string> confine(std::vector<std::string> readable,
                                  uint64_t file_bytes, std::string memory_group, bool sockets,
                                  bool loads_later, bool forks) {
     // Its timers and handlers cannot be made later.
-    GuestStack::instance().serve_this_thread();
-    GuestStack::instance().attend_system_calls();
+    GuestStack::serve_this_thread();
+    GuestStack::attend_system_calls();
     // simavr's debugger takes an interrupted select() for a connection.
-    if (!sockets) GuestStack::instance().watch_sleep();
+    if (!sockets) GuestStack::watch_sleep();
     return confine_worker({std::move(readable),
                            {},
                            std::move(writable),

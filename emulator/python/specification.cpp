@@ -457,6 +457,7 @@ SimulationDef definition_of(const nb::dict &from) {
     }
     spec.read("run_ahead", def.run_ahead);
     spec.read("recalls_passes", def.recalls_passes);
+    spec.read("threads", def.threads);
     spec.end();
     return def;
 }

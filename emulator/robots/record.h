@@ -56,38 +56,48 @@ struct Listening {
     std::vector<Heard> heard = {};
 };
 
-/// Which robot runs, for the report if its program kills the process, and for the watch that does
-/// if it does not come back. Survives that when it is a mapped file.
+/// Which robots run, for the report if the program of one kills the process, and for the watch that
+/// does if it does not come back. Survives that when it is a mapped file.
 struct BlackBox {
-    uint32_t robot;    ///< index of the last that ran
-    uint32_t tick;     ///< its kilo_ticks at the last tick
+    static constexpr uint32_t MOST_SHARES = 32, NONE = UINT32_MAX;
+
+    /// Of a share of the robots (base/team.h), which one thread runs at a time.
+    struct alignas(64) Share {
+        uint32_t robot;  ///< index of the last that ran; NONE: of several shares, this one is done
+        uint32_t tick;   ///< its kilo_ticks at the last tick
+
+        void runs(uint32_t index, uint32_t its_tick) {
+            robot = index;
+            tick = its_tick;
+        }
+    };
+
     uint64_t steps;    ///< world steps so far
     uint32_t at_work;  ///< 0: the engine is between two calls, and no robot runs
-
-    void runs(uint32_t index, uint32_t its_tick) {
-        robot = index;
-        tick = its_tick;
-    }
+    uint32_t shares;   ///< how many there are, MOST_SHARES at most
+    Share share[MOST_SHARES];
 };
 
 class Debugging;
 class WrittenBytes;
 
-/// Shared by all robots of a simulation.
+/// Shared by all robots of a share (base/team.h); `events`, `emissions` and what their programs
+/// learn are the share's own.
 struct RobotContext {
     const Chance &chance;
     Events &events;
-    std::vector<Emission> &emissions;  ///< of granted attempts; each robot's in order of time
-    BlackBox *black_box = nullptr;     ///< may be null
-    Cycles frame = 0;                  ///< how long sending keeps a robot busy; 0 with `ideal`
-    bool gains_are_mm = true;          ///< the medium reports the distance itself, as both gains
-    Cycles battery = 0;                ///< how long it drives on a full battery; 0: for ever
+    std::vector<Emission> &emissions;      ///< of granted attempts; each robot's in order of time
+    BlackBox::Share *black_box = nullptr;  ///< may be null
+    Cycles frame = 0;                      ///< how long sending keeps a robot busy; 0 with `ideal`
+    bool gains_are_mm = true;  ///< the medium reports the distance itself, as both gains
+    Cycles battery = 0;        ///< how long it drives on a full battery; 0: for ever
     Readings readings = usual_readings();  ///< of sensors that read the same for all robots
     bool recalls_passes = true;            ///< of translated programs, those that change nothing
     Listening *listening = nullptr;        ///< null: to none
     Trail *trail = nullptr;                ///< of what their code does; null: none is kept
     Debugging *debugging = nullptr;        ///< of translated programs; null: none is held
     WrittenBytes *written = nullptr;       ///< likewise: what one of them writes; null: none
+    uint32_t share = 0;                    ///< of the robots, whose context this is (base/team.h)
 };
 
 /// Faults that are noted once per robot, as bits: mistakes that its program survives, and an order

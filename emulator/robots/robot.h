@@ -148,6 +148,11 @@ class alignas(64) Robot {
     /// Sets the reading of its light sensor from now on, 0..1023.
     void set_light(int16_t reading) { record_.light = reading; }
 
+    /// Frames that it sent in the last run, if it ran last of its share.
+    std::vector<Emission> &emissions() { return record_.context->emissions; }
+    /// The share of the robots that it belongs to (base/team.h).
+    uint32_t share() const { return record_.context->share; }
+
     /// Motor commands of the last run, in order of time; the caller clears them.
     Few<MotorCommand, 2> &motor_commands() { return record_.motor_commands; }
 

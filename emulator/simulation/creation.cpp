@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <utility>
 
 #include "avr/boards/board_stations.h"
 #include "avr/boards/chip_driver.h"
@@ -73,16 +74,8 @@ Simulation::Simulation(const SimulationDef &def)
       now_(0),
       next_sample_(run_at_),
       black_box_(map_black_box(def.black_box)),
-      context_{chance_,
-               events_,
-               emissions_,
-               black_box_,
-               def.kilobot_medium ? FRAME_CYCLES : 0,
-               !def.kilobot_medium,
-               static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND),
-               def.readings,
-               def.recalls_passes},
-      boards_(robots_, context_),
+      team_(threads_of(def), GuestStack::prepare_this_thread),
+      boards_(robots_, create_shares()),
       commands_(def.commands, run_at_),
       faults_(def.faults, run_at_),
       bodies_(create_bodies(create_robots())),
@@ -101,6 +94,44 @@ Simulation::Simulation(const SimulationDef &def)
     if (debugged != nullptr) debugged->listen_for_debugger(def.debugged->port);
     boot();
     if (debugged != nullptr) debugged->serve_debugger();
+}
+
+Simulation::Share::Share(uint32_t number, const Chance &chance, const SimulationDef &def,
+                         BlackBox *black_box)
+    : context{.chance = chance,
+              .events = events,
+              .emissions = emissions,
+              .black_box = black_box == nullptr ? nullptr : &black_box->share[number],
+              .frame = def.kilobot_medium ? FRAME_CYCLES : 0,
+              .gains_are_mm = !def.kilobot_medium,
+              .battery = static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND),
+              .readings = def.readings,
+              .recalls_passes = def.recalls_passes,
+              .share = number} {}
+
+/// Fewer than asked for where more threads cannot help. A program that notes which of its code has
+/// run has one place for that.
+uint32_t Simulation::threads_of(const SimulationDef &def) {
+    size_t most = 0;
+    for (const auto &group : def.groups) most += group.count;
+    most = std::clamp<size_t>(most, 1, std::min(def.threads, BlackBox::MOST_SHARES));
+    if (most == 1) return 1;
+    auto is_covered = [](const SimulationDef::Group &group) {
+        return group.tier == Tier::TRANSLATED
+                   ? TranslatedProgram::load(group.program, group.name).is_covered()
+                   : Program::load(group.program, group.name).is_covered();
+    };
+    for (const auto &group : def.groups)
+        if (is_on_board(group.tier) || is_covered(group)) return 1;
+    return static_cast<uint32_t>(most);
+}
+
+/// Returns the context of what is no guest.
+const RobotContext &Simulation::create_shares() {
+    for (uint32_t share = 0; share < team_.size(); share++)
+        shares_.emplace_back(share, chance_, def_, black_box_);
+    if (black_box_ != nullptr) black_box_->shares = team_.size();
+    return shares_.front().context;
 }
 
 int64_t Simulation::first_tick(const SimulationDef &def) { return -whole_steps(def.lead_ticks); }
@@ -129,7 +160,8 @@ Simulation::Places Simulation::create_robots() {
         for (size_t i = 0; i < group.count; i++, index++) {
             auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
                                                 static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
-            robots_.emplace_back(context_, *drivers_.back(), index, calibrate(index), power_up);
+            RobotContext &context = shares_[team_.share_of(index, poses.size())].context;
+            robots_.emplace_back(context, *drivers_.back(), index, calibrate(index), power_up);
             if (flash) boards_.add(index, *flash, power_up);
             robots_.back().set_light(def_.light.at(poses[index].position, def_.arena));
         }
@@ -143,12 +175,14 @@ std::unique_ptr<Driver> Simulation::make_driver(const SimulationDef::Group &grou
         return std::make_unique<ChipDriver>(group.tier, group.name, group.program);
     if (group.tier == Tier::TRANSLATED)
         return std::make_unique<TranslatedDriver>(
-            TranslatedProgram::load(group.program, group.name), group.count);
-    Program &program = Program::load(group.program, group.name);
-    if (const std::string handlers = program.own_handlers(); !handlers.empty())
+            TranslatedProgram::load(group.program, group.name), group.count, team_.size());
+    std::vector<Program *> programs;
+    for (uint32_t share = 0; share < team_.size(); share++)
+        programs.push_back(&Program::load(group.program, group.name, share));
+    if (const std::string handlers = programs.front()->own_handlers(); !handlers.empty())
         events_.push_back({0, first, 0, group.name, EventKind::NOTE,
                            "its own interrupt handlers are never called here: " + handlers});
-    return std::make_unique<NativeDriver>(program, group.count);
+    return std::make_unique<NativeDriver>(std::move(programs), group.count);
 }
 
 // Spreads are cut at three standard deviations, so that no robot is an extreme one. A lab's robot
@@ -191,14 +225,14 @@ ModuleDriver &Simulation::create_module_driver(const Grid::Settings &grid) {
     return *guest_modules_;
 }
 
-Bodies Simulation::create_bodies(const Places &places) const {
+Bodies Simulation::create_bodies(const Places &places) {
     const double radius = def_.profile.radius_m;
     const double reach_m =
         def_.kilobot_medium ? KilobotChannel::reach_m(*def_.kilobot_medium) : def_.range_m;
     // A robot hides others that are within reach even where its centre is not.
     const double hides_m = !def_.kilobot_medium && def_.line_of_sight ? radius : 0;
     const double senses_m = def_.floor ? 2 * radius + def_.floor->obstacle_m : 0;
-    return Bodies(def_.arena, def_.profile, chance_, step_, start_, places.poses,
+    return Bodies(def_.arena, def_.profile, chance_, team_, step_, start_, places.poses,
                   std::max(reach_m + hides_m, senses_m), places.objects);
 }
 
@@ -209,7 +243,7 @@ void Simulation::create_kilobot_channel() {
     const auto beacons = static_cast<uint32_t>(def_.beacons.size());
     auto channel = std::make_unique<KilobotChannel>(
         *def_.kilobot_medium,
-        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead, def_.overhead,
+        ChannelContext{chance_, robots_, bodies_, team_, step_, def_.run_ahead, def_.overhead,
                        trail_},
         beacons + cells, !floor_.exists() && may_run_ahead(),
         [this](uint32_t robot, Cycles until) { ran_ahead(robot, until); });
@@ -238,7 +272,7 @@ void Simulation::create_ideal_channel() {
         throw EngineError("boards need the kilobot medium: the ideal one has no pulses");
     auto channel = std::make_unique<IdealChannel>(
         IdealChannel::Settings{def_.range_m, def_.line_of_sight, def_.profile.radius_m},
-        ChannelContext{chance_, robots_, bodies_, emissions_, step_, def_.run_ahead, def_.overhead,
+        ChannelContext{chance_, robots_, bodies_, team_, step_, def_.run_ahead, def_.overhead,
                        trail_});
     if (!def_.beacons.empty())
         stations_.push_back(
@@ -257,7 +291,7 @@ void Simulation::boot() {
     for (auto &robot : robots_) robot.count_on(def_.on_ticks);
     channel_->boot(start_);
     for (uint32_t robot : boards_.robots()) wake_[robot] = NEVER;  // the channel executes them
-    emissions_.clear();
+    for (auto &robot : robots_) robot.emissions().clear();
     for (auto &robot : robots_) robot.motor_commands().clear();
     now_ = start_;
     sample_if_due();

@@ -13,14 +13,14 @@ void Simulation::hold(const std::vector<uint32_t> &robots,
     for (const uint32_t robot : robots) robots_[index_of(robot)].begin_hold();
     debugging_ = std::make_unique<Debugging>(size(), std::move(on_stop));
     for (const uint32_t robot : robots) debugging_->hold(robot);
-    context_.debugging = debugging_.get();
+    for (Share &share : shares_) share.context.debugging = debugging_.get();
 }
 
 void Simulation::note_written(uint32_t robot) {
     Robot &noted = robots_[index_of(robot)];
     noted.begin_hold();
     written_ = std::make_unique<WrittenBytes>(robot, noted.standing().data);
-    context_.written = written_.get();
+    for (Share &share : shares_) share.context.written = written_.get();
 }
 
 WrittenBytes::Bytes Simulation::take_written() {

@@ -56,6 +56,7 @@ void Simulation::note_work(bool goes_on) {
 
 void Simulation::step(Cycles limit) {
     const Cycles end = now_ + step_;
+    team_.work_alone(notes_in_order());
     break_robots();
     give_commands(end);
     const Cycles told = std::min({commands_.next_at(), faults_.next_at(), channel_->next_light()});
@@ -182,33 +183,62 @@ void Simulation::sense_on_boards() {
     }
 }
 
+/// First finds how far each can be run, as all stand when the step begins, then runs them: neither
+/// depends on the order of robots.
 void Simulation::run_due_robots(Cycles limit) {
-    choose(due_, robots_.size(), [this](uint32_t robot) { return wake_[robot] <= now_; });
-    for (size_t i = 0; i < due_.size(); i++) {
-        prefetch_due_after(i);
-        run_on(due_[i], limit);
+    team_.share(size(), [&](uint32_t share, size_t begin, size_t end) {
+        find_due(shares_[share], begin, end, limit);
+    });
+    team_.share([this](uint32_t share) { run_share(shares_[share]); });
+    // The floor tells robots of other shares.
+    if (!floor_.exists()) return;
+    for (const Share &share : shares_)
+        for (const uint32_t robot : share.due) take_motor_commands(robot);
+}
+
+void Simulation::find_due(Share &share, size_t begin, size_t end, Cycles limit) {
+    choose(share.due, begin, end, [this](uint32_t robot) { return wake_[robot] <= now_; });
+    share.until.resize(share.due.size());
+    for (size_t i = 0; i < share.due.size(); i++) {
+        prefetch_lookahead_after(share, i);
+        share.until[i] = run_until(share.due[i], limit);
     }
 }
 
-/// Executes a robot through this step, and on up to its lookahead.
-void Simulation::run_on(uint32_t robot, Cycles limit) {
+Cycles Simulation::run_until(uint32_t robot, Cycles limit) {
     const Cycles end = now_ + step_;
-    if (light_changes())
-        robots_[robot].set_light(def_.light.at(bodies_.position(robot), def_.arena));
     limit = floor_.look(robot, limit, !def_.run_ahead);
-    Cycles until = end;
     // Less than a step brings nothing: it would be due in the next one all the same.
-    if (limit > end && may_run_ahead())
-        until = std::max(channel_->lookahead(robot, end + step_, limit), end);
-    floor_.tell(robots_[robot], until);
-    channel_->run_robot(robot, until);
-    ran_ahead(robot, until);
+    if (limit <= end || !may_run_ahead()) return end;
+    return std::max(channel_->lookahead(robot, end + step_, limit), end);
 }
 
-/// A robot has been executed up to `until`; it is not due before. Where it waits for the channel's
-/// answer it goes on in that step.
+void Simulation::run_share(Share &share) {
+    for (size_t i = 0; i < share.due.size(); i++) {
+        prefetch_due_after(share, i);
+        const uint32_t robot = share.due[i];
+        const Cycles until = share.until[i];
+        if (light_changes())
+            robots_[robot].set_light(def_.light.at(bodies_.position(robot), def_.arena));
+        floor_.tell(robots_[robot], until);
+        channel_->run_robot(robot, until);
+        if (floor_.exists())
+            wake_when_due(robot, until);
+        else
+            ran_ahead(robot, until);
+    }
+    if (shares_.size() > 1 && share.context.black_box != nullptr)
+        share.context.black_box->runs(BlackBox::NONE, 0);
+}
+
+/// A robot has been executed up to `until`.
 void Simulation::ran_ahead(uint32_t robot, Cycles until) {
     if (!robots_[robot].motor_commands().empty()) take_motor_commands(robot);
+    wake_when_due(robot, until);
+}
+
+/// It is not due before. Where it waits for the channel's answer it goes on in that step.
+void Simulation::wake_when_due(uint32_t robot, Cycles until) {
     const bool waits = robots_[robot].question() != Robot::Question::NONE;
     wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until, step_);
 }
@@ -221,21 +251,41 @@ void Simulation::take_motor_commands(uint32_t index) {
     robots_[index].motor_commands().clear();
 }
 
-/// Brings into the cache what the robots due some turns after the i-th need.
-void Simulation::prefetch_due_after(size_t i) const {
+/// Brings into the cache what run_until() needs of the robots due some turns after the i-th.
+void Simulation::prefetch_lookahead_after(const Share &share, size_t i) const {
     constexpr size_t SOON = 3, LATER = 5, LATEST = 7;
-    if (!prefetches(robots_.size()) || i + LATEST >= due_.size()) return;
+    if (!prefetches(size()) || i + LATEST >= share.due.size()) return;
     const Neighbours &lists = bodies_.lists();
-    const uint32_t latest = due_[i + LATEST], later = due_[i + LATER];
-    robots_[latest].prefetch();
-    bodies_.prefetch(latest);
-    lists.prefetch_place(latest);
-    channel_->prefetch(latest);
-    robots_[later].prefetch_state();
-    lists.prefetch(later);
-    for (uint32_t other : lists.of(due_[i + SOON])) {
+    lists.prefetch_place(share.due[i + LATEST]);
+    lists.prefetch(share.due[i + LATER]);
+    for (uint32_t other : lists.of(share.due[i + SOON])) {
         channel_->prefetch_next_begin(other);
         bodies_.prefetch_place(other);
+    }
+}
+
+/// The same of run_share().
+void Simulation::prefetch_due_after(const Share &share, size_t i) const {
+    constexpr size_t LATER = 5, LATEST = 7;
+    if (!prefetches(size()) || i + LATEST >= share.due.size()) return;
+    const uint32_t latest = share.due[i + LATEST];
+    robots_[latest].prefetch();
+    bodies_.prefetch(latest);
+    channel_->prefetch(latest);
+    robots_[share.due[i + LATER]].prefetch_state();
+}
+
+bool Simulation::notes_in_order() const {
+    return trail_ != nullptr || debugging_ != nullptr || written_ != nullptr ||
+           !listening_.robots.empty();
+}
+
+/// Events of shares, one after the other: take_before() puts them in order of time.
+void Simulation::gather_events() {
+    for (Share &share : shares_) {
+        events_.insert(events_.end(), std::move_iterator(share.events.begin()),
+                       std::move_iterator(share.events.end()));
+        share.events.clear();
     }
 }
 
@@ -300,14 +350,15 @@ void Simulation::add_extras(Samples &samples, const SampleExtras &extras) const 
 
 void Simulation::listen_to(std::vector<uint32_t> robots) {
     listening_ = {std::move(robots)};
-    context_.listening = listening_.robots.empty() ? nullptr : &listening_;
+    for (Share &share : shares_)
+        share.context.listening = listening_.robots.empty() ? nullptr : &listening_;
 }
 
 Trail &Simulation::keep_trail(size_t capacity, bool of_code) {
     const uint32_t cells = grid_ ? grid_->layout().cells() : 0;
     trail_ = std::make_unique<Trail>(static_cast<uint32_t>(size()),
                                      static_cast<uint32_t>(def_.beacons.size()), cells, capacity);
-    context_.trail = of_code ? trail_.get() : nullptr;
+    for (Share &share : shares_) share.context.trail = of_code ? trail_.get() : nullptr;
     return *trail_;
 }
 
@@ -342,6 +393,7 @@ Samples Simulation::snapshot(const SampleExtras &extras) const {
 }
 
 Events Simulation::take_events() {
+    gather_events();
     Events taken = take_before(events_, now_);
     result_.take(taken, run_at_);
     return taken;
@@ -362,6 +414,7 @@ void Simulation::fetch_module_events() {
 
 uint64_t Simulation::result_hash() {
     if (grid_) fetch_module_events();
+    gather_events();
     ResultHash result = result_;
     result.take(events_, run_at_);
     // With the ideal medium who receives what follows from samples and counts.

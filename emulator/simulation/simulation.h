@@ -12,6 +12,7 @@
 #define KILOTWIN_SIMULATION_SIMULATION_H
 
 #include <algorithm>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -24,6 +25,7 @@
 #include "base/events.h"
 #include "base/memory.h"
 #include "base/prefetch.h"
+#include "base/team.h"
 #include "grid/grid.h"
 #include "infrared/beacons.h"
 #include "infrared/channel.h"
@@ -103,6 +105,9 @@ struct SimulationDef {
     std::optional<Debugged> debugged = {};
     bool run_ahead;              ///< false: tick by tick, for tests
     bool recalls_passes = true;  ///< false: translated robots execute each pass, for tests
+    /// That step the world, 1 to BlackBox::MOST_SHARES, or fewer where more cannot help: as many as
+    /// there are robots, and one with boards. Changes no result.
+    uint32_t threads = 1;
 };
 
 /// Numbers that a run adds up, from the begin on.
@@ -241,12 +246,25 @@ class Simulation {
         std::vector<PlacedObject> objects;
     };
 
+    /// Robots that one member of the team executes (base/team.h), and what they leave behind.
+    struct alignas(64) Share {
+        Share(uint32_t number, const Chance &chance, const SimulationDef &def, BlackBox *black_box);
+
+        Events events;                    ///< not taken yet, in order of execution
+        std::vector<Emission> emissions;  ///< of the robot executed last; the channel takes them
+        RobotContext context;             ///< what its robots share
+        std::vector<uint32_t> due;        ///< robots to be executed in this step
+        std::vector<Cycles> until;        ///< of each: how far
+    };
+
     // Creation, in creation.cpp, in this order; one of the two channels.
+    static uint32_t threads_of(const SimulationDef &def);
+    const RobotContext &create_shares();
     Places create_robots();
     std::unique_ptr<Driver> make_driver(const SimulationDef::Group &group, uint32_t first);
     /// Differences from robot to robot: oscillator, receiver, uid.
     Calibration calibrate(uint32_t index) const;
-    Bodies create_bodies(const Places &places) const;
+    Bodies create_bodies(const Places &places);
     ModuleDriver &create_module_driver(const Grid::Settings &grid);
     void create_kilobot_channel();
     void create_ideal_channel();
@@ -264,10 +282,17 @@ class Simulation {
     void give(const Command &command, Cycles at);
     void sense_on_boards();
     void run_due_robots(Cycles limit);
-    void prefetch_due_after(size_t i) const;
-    /// Executes a robot through this step, and on up to its lookahead, at most `limit`.
-    void run_on(uint32_t robot, Cycles limit);
+    void find_due(Share &share, size_t begin, size_t end, Cycles limit);
+    void run_share(Share &share);
+    void prefetch_lookahead_after(const Share &share, size_t i) const;
+    void prefetch_due_after(const Share &share, size_t i) const;
+    /// Through this step, and on up to a robot's lookahead, at most `limit`.
+    Cycles run_until(uint32_t robot, Cycles limit);
     void ran_ahead(uint32_t robot, Cycles until);
+    void wake_when_due(uint32_t robot, Cycles until);
+    /// Whether something notes what robots do in the order in which they are executed.
+    bool notes_in_order() const;
+    void gather_events();
     /// Hands what a robot has ordered of its motors to the bodies and the floor.
     void take_motor_commands(uint32_t index);
     bool light_changes() const { return !def_.light.is_even(); }
@@ -282,20 +307,20 @@ class Simulation {
 
     SimulationDef def_;
     Chance chance_;
-    Cycles step_;                      ///< length of a world step
-    Cycles run_at_;                    ///< when RUN is given: t = 0
-    Cycles start_;                     ///< when stepping begins: before, robots wait for commands
-    Cycles now_;                       ///< begin of the current step
-    Cycles next_sample_;               ///< when the next is due, a begin of a step
-    Events events_;                    ///< not taken yet, in order of execution
-    Events module_events_;             ///< fetched from the grid, and not taken yet
-    std::vector<Emission> emissions_;  ///< of the robot executed last; the channel takes them
-    BlackBox *black_box_ = nullptr;    ///< mapped file that tells which robot runs, or null
+    Cycles step_;                    ///< length of a world step
+    Cycles run_at_;                  ///< when RUN is given: t = 0
+    Cycles start_;                   ///< when stepping begins: before, robots wait for commands
+    Cycles now_;                     ///< begin of the current step
+    Cycles next_sample_;             ///< when the next is due, a begin of a step
+    Events events_;                  ///< gathered from the shares, and not taken yet
+    Events module_events_;           ///< fetched from the grid, and not taken yet
+    BlackBox *black_box_ = nullptr;  ///< mapped file that tells which robots run, or null
     Listening listening_;
+    Team team_;
+    std::deque<Share> shares_;
     std::unique_ptr<Trail> trail_;                     ///< null: none is kept
     std::unique_ptr<Debugging> debugging_;             ///< null until a robot is held
     std::unique_ptr<WrittenBytes> written_;            ///< null: none are noted
-    RobotContext context_;                             ///< what all robots share
     std::vector<std::unique_ptr<Driver>> drivers_;     ///< by group
     Swarm<Robot> robots_;                              ///< by index; those on boards too
     Boards boards_;                                    ///< empty without chips
@@ -308,11 +333,10 @@ class Simulation {
     std::unique_ptr<Channel> channel_;                 ///< the medium
     std::vector<std::unique_ptr<Stations>> stations_;  ///< but for robots as guests
 
-    Swarm<Cycles> wake_;         ///< by robot: the begin of the step in which it next is due
-    std::vector<uint32_t> due_;  ///< robots to be executed in this step
-    Samples samples_;            ///< since the last take_samples()
-    ResultHash result_;          ///< of all samples, and of events that were taken
-    uint64_t steps_ = 0;         ///< world steps so far
+    Swarm<Cycles> wake_;  ///< by robot: the begin of the step in which it next is due
+    Samples samples_;     ///< since the last take_samples()
+    ResultHash result_;   ///< of all samples, and of events that were taken
+    uint64_t steps_ = 0;  ///< world steps so far
 };
 
 }  // namespace kilotwin

@@ -40,7 +40,7 @@ void NativeRobot::obey(const message_t &message) {
         note(HAS_NO_LOADER, "it runs natively and has no boot loader, so that BOOT leaves it idle; "
                             "robots with cpu = \"avr\" can be flashed");
         break;
-    case ACTION_RESTART: start_again(); GuestStack::instance().abandon();
+    case ACTION_RESTART: start_again(); stack().abandon();
     default: break;
     }
     if (robot_.core.state != before) enter_state(before);

@@ -1,6 +1,7 @@
 #include "robots/native/driver.h"
 
 #include <new>
+#include <utility>
 
 #include "base/errors.h"
 
@@ -16,9 +17,10 @@ constexpr size_t ROBOT_LINES = cache_lines(sizeof(NativeRobot));
 
 }  // namespace
 
-NativeDriver::NativeDriver(Program &program, size_t robots)
-    : Driver(Tier::NATIVE, program.name(), program.path()),
-      program_(program) {
+NativeDriver::NativeDriver(std::vector<Program *> programs, size_t robots)
+    : Driver(Tier::NATIVE, programs.front()->name(), programs.front()->path()),
+      programs_(std::move(programs)) {
+    const Program &program = *programs_.front();
     own_bytes_ = ROBOT_LINES * sizeof(CacheLine) + program.state_bytes();
     heeds_light_ = program.reads_sensors();
     // One that notes which of its code has run would note what is undone.
@@ -31,7 +33,8 @@ void NativeDriver::switch_on(RobotRecord &robot) {
     if (end > memory_.size()) throw EngineError("a driver has more robots than it was made for");
     CacheLine *own = &memory_[used_];
     used_ = end;
-    robot.own = new (own) NativeRobot(program_, robot, own[ROBOT_LINES].bytes);
+    Program &program = *programs_[robot.context->share];
+    robot.own = new (own) NativeRobot(program, robot, own[ROBOT_LINES].bytes);
 }
 
 void NativeDriver::switch_off(RobotRecord &robot) { of(robot).~NativeRobot(); }

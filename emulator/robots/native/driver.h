@@ -12,8 +12,9 @@ namespace kilotwin {
 
 class NativeDriver final : public Driver {
   public:
-    /// For up to `robots` of them. `program` must live on.
-    NativeDriver(Program &program, size_t robots);
+    /// For up to `robots` of them. `programs`: the same one, as it is loaded for each share of the
+    /// robots; they must live on.
+    NativeDriver(std::vector<Program *> programs, size_t robots);
 
     void switch_on(RobotRecord &robot) override;
     void switch_off(RobotRecord &robot) override;
@@ -36,7 +37,7 @@ class NativeDriver final : public Driver {
         return *static_cast<NativeRobot *>(robot.own);
     }
 
-    Program &program_;
+    std::vector<Program *> programs_;  ///< by share
     /// Each robot's NativeRobot, then its variables, which begin a cache line.
     Swarm<CacheLine> memory_;
     size_t used_ = 0;  ///< lines

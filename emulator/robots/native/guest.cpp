@@ -18,13 +18,14 @@ struct NativeGuest::Calls {
         running_->setup_ = setup;
         running_->loop_ = loop;
         running_->start();
-        GuestStack::instance().abandon();
+        running_->stack().abandon();
     }
 
     static void wait(uint32_t cycles) {
         if (cycles == 0) return;  // no time passes: delay(0) in a loop is a loop that computes
-        running_->wait_until(running_->time_.now + cycles);
-        running_->came_back();
+        auto &guest = *running_;
+        guest.wait_until(guest.time_.now + cycles);
+        guest.came_back();
     }
 
     static void outputs() { running_->outputs_changed(); }
@@ -85,11 +86,11 @@ struct NativeGuest::Calls {
     static void undefined(uint8_t what, const void *data, uint64_t first, uint64_t second) {
         running_->busy_.acted();
         running_->report(EventKind::UNDEFINED, undefined_text(what, data, first, second),
-                         GuestStack::instance().place_of_call(__builtin_frame_address(0)));
+                         running_->stack().place_of_call(__builtin_frame_address(0)));
     }
 
     static void unusable(const char *what) {
-        auto &stack = GuestStack::instance();
+        auto &stack = running_->stack();
         running_->stop(EventKind::CRASH, what, stack.place_of_call(__builtin_frame_address(0)));
         stack.abandon();
     }
@@ -97,7 +98,7 @@ struct NativeGuest::Calls {
     // Only interrupts go on: what `for (;;);` means.
     static void empty_loop() {
         auto &guest = *running_;
-        CodePath code = GuestStack::instance().place_of_signal();
+        CodePath code = guest.stack().place_of_signal();
         guest.wait_until(guest.time_.now + BusyWatch::WARN_AFTER);
         guest.report(EventKind::BUSY_WAIT, "it stays in an empty endless loop", std::move(code));
         for (;;) guest.wait_until(NEVER);
@@ -110,7 +111,7 @@ struct NativeGuest::Calls {
         auto [noted, text] = explain(mistake, address, *running_->program_);
         if (noted == 0) return false;
         if (!(running_->noted() & noted))
-            running_->note(noted, std::move(text), GuestStack::instance().place_of_signal());
+            running_->note(noted, std::move(text), running_->stack().place_of_signal());
         return true;
     }
 };
@@ -139,7 +140,7 @@ NativeGuest::NativeGuest(Program &program, GuestTime &time, uint8_t *image, cons
 }
 
 NativeGuest::~NativeGuest() {
-    GuestStack::instance().forget(&time_.now);
+    stack().forget(&time_.now);
     program_->evict(image_);
 }
 
@@ -147,7 +148,7 @@ NativeGuest::~NativeGuest() {
 void NativeGuest::execute() {
     running_ = this;
     program_->make_resident(image_);
-    auto &stack = GuestStack::instance();
+    auto &stack = this->stack();
     stack.set_guest(Calls::empty_loop, Calls::mistake, &time_.now);
     GuestStack::Outcome outcome;
     do {
@@ -168,7 +169,7 @@ void NativeGuest::execute() {
 void NativeGuest::suspend() {
     int32_t &left = *table().budget;
     const int32_t budget = left, held_back = program_->turns_held_back;
-    GuestStack::instance().suspend();
+    stack().suspend();
     left = budget;
     program_->turns_held_back = held_back;
 }
@@ -182,7 +183,7 @@ void NativeGuest::note(uint8_t mistake, std::string text, CodePath code) {
 // The program took more turns than fit into a tick without giving time back. Nothing happens around
 // it while its memory is compared; then time passes up to the next interrupt.
 void NativeGuest::budget_spent(const uint8_t *frame) {
-    auto &stack = GuestStack::instance();
+    auto &stack = this->stack();
     const auto finding = busy_.look(*program_, frame, stack.top());
     if (finding == BusyWatch::Finding::LOOKING) return;
     const int32_t budget = *table().budget;

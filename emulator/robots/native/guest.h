@@ -1,7 +1,7 @@
 /// A native guest: the program of a robot or of a module, compiled for this computer, and what its
 /// calls of the API do (kt_host_t, abi.h). What differs between a robot and a module is virtual.
 ///
-/// Not thread-safe: one guest runs at a time in a thread, on that thread's stack.
+/// One guest of a share runs at a time (base/team.h), on that share's stack, in whichever thread.
 #ifndef KILOTWIN_ROBOTS_NATIVE_GUEST_H
 #define KILOTWIN_ROBOTS_NATIVE_GUEST_H
 
@@ -33,7 +33,7 @@ struct GuestState {
 class NativeGuest : protected GuestState {
   public:
     /// Prepares the calling thread; once, before it runs guests.
-    static void serve_this_thread() { GuestStack::instance().serve_this_thread(); }
+    static void serve_this_thread() { GuestStack::serve_this_thread(); }
 
     virtual ~NativeGuest();
     NativeGuest(NativeGuest &&) = default;
@@ -50,6 +50,7 @@ class NativeGuest : protected GuestState {
     static NativeGuest &running() { return *running_; }
 
     const kt_table_t &table() const { return program_->table(); }
+    GuestStack &stack() const { return program_->stack(); }
 
     /// Executes the guest up to time_.until, or to where it waits for an answer of the channel.
     void execute();
@@ -98,7 +99,10 @@ class NativeGuest : protected GuestState {
     static void body(void *guest) { static_cast<NativeGuest *>(guest)->live(); }
     void budget_spent(const uint8_t *frame);
 
-    inline static NativeGuest *running_ = nullptr;  ///< null between runs
+    /// Of this thread; null between runs. A call that is suspended may go on in another thread, so
+    /// that what is called looks at it once, at its begin.
+    inline static thread_local NativeGuest *running_ __attribute__((tls_model("initial-exec"))) =
+        nullptr;
 };
 
 }  // namespace kilotwin

@@ -2,6 +2,8 @@
 
 #include <dlfcn.h>
 #include <elf.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -181,21 +183,69 @@ void look_at(const Image &image) {
     look_at_relocations(image, symbols, dynamic.value(DT_JMPREL), dynamic.value(DT_PLTRELSZ));
 }
 
-}  // namespace
+/// The bytes of a file that nothing is wrong with.
+std::vector<char> looked_at(const std::string &path) {
+    std::ifstream file(path, std::ios::binary | std::ios::ate);
+    if (!file) refuse(std::strerror(errno));
+    std::vector<char> bytes(static_cast<size_t>(file.tellg()));
+    file.seekg(0).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    look_at(Image(bytes));
+    return bytes;
+}
 
-void *load_guest_file(const std::string &path, const std::string &failure) {
+void *open_library(const std::string &path) {
+    void *handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (handle == nullptr) refuse(dlerror());
+    return handle;
+}
+
+/// A file in memory, for as long as this lives.
+class MemoryFile {
+  public:
+    explicit MemoryFile(const std::vector<char> &bytes)
+        : file_(memfd_create("guest", MFD_CLOEXEC)) {
+        if (file_ < 0) refuse(std::strerror(errno));
+        for (size_t written = 0; written < bytes.size();) {
+            const ssize_t more = write(file_, bytes.data() + written, bytes.size() - written);
+            if (more <= 0) refuse(std::strerror(errno));
+            written += static_cast<size_t>(more);
+        }
+    }
+    ~MemoryFile() { close(file_); }
+    MemoryFile(const MemoryFile &) = delete;
+    MemoryFile &operator=(const MemoryFile &) = delete;
+
+    /// The loader takes two files of one name for the same, and numbers of files come again: so
+    /// each has a name of its own.
+    std::string name() const {
+        static size_t files = 0;
+        return "/proc/self/fd" + std::string(++files, '/') + std::to_string(file_);
+    }
+
+  private:
+    int file_;
+};
+
+/// What `load` returns; its errors begin with `failure`.
+template <typename Load> void *load_or_tell(const std::string &failure, Load load) {
     try {
-        std::ifstream file(path, std::ios::binary | std::ios::ate);
-        if (!file) refuse(std::strerror(errno));
-        std::vector<char> bytes(static_cast<size_t>(file.tellg()));
-        file.seekg(0).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-        look_at(Image(std::move(bytes)));
-        void *handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-        if (handle == nullptr) refuse(dlerror());
-        return handle;
+        return load();
     } catch (const EngineError &error) {
         throw EngineError(failure + ": " + error.what());
     }
+}
+
+}  // namespace
+
+void *load_guest_file(const std::string &path, const std::string &failure) {
+    return load_or_tell(failure, [&] {
+        looked_at(path);
+        return open_library(path);
+    });
+}
+
+void *load_guest_copy(const std::string &path, const std::string &failure) {
+    return load_or_tell(failure, [&] { return open_library(MemoryFile(looked_at(path)).name()); });
 }
 
 }  // namespace kilotwin

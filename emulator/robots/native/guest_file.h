@@ -13,6 +13,9 @@ namespace kilotwin {
 /// symbols for others than those that the engine looks for.
 void *load_guest_file(const std::string &path, const std::string &failure);
 
+/// Loads it once more, from a copy in memory: with variables of its own. Errors likewise.
+void *load_guest_copy(const std::string &path, const std::string &failure);
+
 }  // namespace kilotwin
 
 #endif

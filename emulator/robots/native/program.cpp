@@ -8,6 +8,7 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "base/errors.h"
 #include "robots/native/guest_file.h"
@@ -43,23 +44,27 @@ struct CodeSearch {
         if (std::none_of(parts, end, holds)) return 0;
         for (auto part = parts; part < end; part++)
             if (part->p_type == PT_LOAD && (part->p_flags & PF_X) != 0)
-                GuestStack::instance().add_code(begin_of(*part), begin_of(*part) + part->p_memsz,
-                                                info->dlpi_addr);
+                GuestStack::add_code(begin_of(*part), begin_of(*part) + part->p_memsz,
+                                     info->dlpi_addr);
         return 1;
     }
 };
 
 }  // namespace
 
-Program &Program::load(const std::string &path, const std::string &name) {
-    static std::map<std::string, std::unique_ptr<Program>> loaded;
-    auto &program = loaded[path];
-    if (!program) program.reset(new Program(path, name));
+Program &Program::load(const std::string &path, const std::string &name, uint32_t share) {
+    static std::map<std::pair<std::string, uint32_t>, std::unique_ptr<Program>> loaded;
+    auto &program = loaded[{path, share}];
+    if (!program) program.reset(new Program(path, name, share));
     return *program;
 }
 
-Program::Program(const std::string &path, std::string name) : name_(std::move(name)), path_(path) {
-    void *handle = load_guest_file(path, "program " + name_ + " cannot be loaded");
+Program::Program(const std::string &path, std::string name, uint32_t share)
+    : name_(std::move(name)),
+      path_(path),
+      stack_(GuestStack::of(share)) {
+    const std::string failure = "program " + name_ + " cannot be loaded";
+    void *handle = share == 0 ? load_guest_file(path, failure) : load_guest_copy(path, failure);
     table_ = static_cast<const kt_table_t *>(dlsym(handle, "kt_table"));
     is_covered_ = dlsym(handle, "kt_coverage") != nullptr;
     if (table_ == nullptr)

@@ -15,16 +15,20 @@
 
 namespace kilotwin {
 
+class GuestStack;
+
 /// Iterations of its loops that a program may take in a tick: one takes an AVR about ten cycles.
 constexpr int32_t TURNS_PER_TICK = TICK_CYCLES / 10;
 
-/// One per shared object and process, however many simulations use it: the state section exists
-/// once. Not for two threads at a time.
+/// One per shared object, share of the robots (base/team.h) and process, however many simulations
+/// use it: of each share the file is loaded once, so that its state section exists once. Not for
+/// two threads at a time.
 class Program {
   public:
-    /// Loads the guest at `path`, or finds it loaded already. It stays for the life of the process.
-    /// Throws EngineError if the file cannot be loaded, is no guest, or was built for another ABI.
-    static Program &load(const std::string &path, const std::string &name);
+    /// Loads the guest at `path` for a share, or finds it loaded already. It stays for the life of
+    /// the process. Throws EngineError if the file cannot be loaded, is no guest, or was built for
+    /// another ABI. To be called by one thread, while no guest runs.
+    static Program &load(const std::string &path, const std::string &name, uint32_t share = 0);
 
     Program(const Program &) = delete;
     Program &operator=(const Program &) = delete;
@@ -32,6 +36,8 @@ class Program {
     const std::string &name() const { return name_; }
     const std::string &path() const { return path_; }
     const kt_table_t &table() const { return *table_; }
+    /// That its guests run on.
+    GuestStack &stack() const { return stack_; }
     /// Whether the program has to do with kilo_tx_period itself.
     bool names_period() const { return names_period_; }
     /// Whether it cannot change that any more once its set-up is over.
@@ -87,13 +93,14 @@ class Program {
     bool guards(const void *address) const;
 
   private:
-    Program(const std::string &path, std::string name);
+    Program(const std::string &path, std::string name, uint32_t share);
     void swap_in(uint8_t *image);
     const uint8_t *state_at(const uint8_t *image) const {
         return image == resident_ ? table_->state_begin : image;
     }
 
     std::string name_, path_;
+    GuestStack &stack_;
     const kt_table_t *table_ = nullptr;
     bool names_period_ = false, settles_period_ = false, may_send_ = true, reads_sensors_ = true,
          is_covered_ = false;

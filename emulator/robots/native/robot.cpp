@@ -26,7 +26,7 @@ void NativeRobot::run() {
     if (robot_.life == Life::ALIVE && !is_suspended_ && !loop_due_ &&
         robot_.next_interrupt() >= robot_.until)
         return;
-    BlackBox *box = robot_.context->black_box;
+    BlackBox::Share *box = robot_.context->black_box;
     if (box != nullptr) box->runs(robot_.index, robot_.last_tick);
     execute();
     robot_.forget_taken();
@@ -47,7 +47,7 @@ void NativeRobot::keep(Kept &kept) const {
 }
 
 void NativeRobot::restore(const Kept &kept) {
-    GuestStack::instance().forget(&robot_.now);
+    stack().forget(&robot_.now);
     static_cast<GuestState &>(*this) = kept.guest;
     static_cast<NativeRobotState &>(*this) = kept.robot;
     program_->set_state_of(image_, kept.variables.data());

@@ -66,7 +66,7 @@ class alignas(64) NativeRobot final : public NativeGuest, private NativeRobotSta
     // As Driver::keep(), restore() and can_undo().
     void keep(Kept &kept) const;
     void restore(const Kept &kept);
-    bool can_undo() const { return !GuestStack::instance().keeps_float_control(&robot_.now); }
+    bool can_undo() const { return !stack().keeps_float_control(&robot_.now); }
 
   private:
     using Question = RobotRecord::Question;

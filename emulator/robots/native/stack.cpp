@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <memory>
 #include <new>
 #include <utility>
 
@@ -141,9 +142,11 @@ struct StackEntry {
 /// Called by kt_leave_after_fault().
 extern "C" __attribute__((visibility("hidden"), used)) void kt_leave_now() { StackEntry::leave(); }
 
-GuestStack &GuestStack::instance() {
-    static GuestStack stack;
-    return stack;
+GuestStack &GuestStack::of(uint32_t share) {
+    static std::vector<std::unique_ptr<GuestStack>> stacks;
+    if (stacks.empty()) handle_signals();
+    while (stacks.size() <= share) stacks.emplace_back(new GuestStack());
+    return *stacks[share];
 }
 
 GuestStack::GuestStack() {
@@ -152,7 +155,9 @@ GuestStack::GuestStack() {
     if (area == MAP_FAILED) throw std::bad_alloc();
     memory_ = static_cast<uint8_t *>(area) + GUARD_BYTES;
     if (mprotect(memory_, BYTES, PROT_READ | PROT_WRITE) != 0) throw std::bad_alloc();
+}
 
+void GuestStack::handle_signals() {
     struct sigaction action = {};
     action.sa_sigaction = StackEntry::handle_fault;
     action.sa_flags = SA_SIGINFO | SA_ONSTACK;
@@ -169,8 +174,11 @@ void GuestStack::attend_system_calls() {
     sigaction(SIGSYS, &action, nullptr);
 }
 
+void GuestStack::prepare_this_thread() { signals_of_this_thread(); }
+
 void GuestStack::serve_this_thread() {
-    signals_of_this_thread();
+    of(0);
+    prepare_this_thread();
     host_control_ = float_control();
     close_worker();
 }
@@ -180,6 +188,7 @@ void GuestStack::watch_sleep() { signals_of_this_thread().watch_sleep(); }
 GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument,
                                      SuspendedCall &suspended) {
     calls_++;
+    current_ = this;
     give_float_control();
     return back(kt_call_on(memory_ + BYTES, &host_, body, argument), suspended);
 }
@@ -188,6 +197,7 @@ GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument,
 // it would be 0.4 KB a robot.
 GuestStack::Outcome GuestStack::resume(SuspendedCall &suspended) {
     calls_++;
+    current_ = this;
     uint8_t *bottom = memory_ + BYTES - suspended.size();
     std::memcpy(bottom, suspended.data(), suspended.size());
     spare_ = std::exchange(suspended, {});
@@ -197,6 +207,7 @@ GuestStack::Outcome GuestStack::resume(SuspendedCall &suspended) {
 
 GuestStack::Outcome GuestStack::back(Outcome outcome, SuspendedCall &suspended) {
     host_ = nullptr;
+    current_ = nullptr;
     take_float_control();
     if (outcome == Outcome::SUSPENDED) {
         if (suspended.capacity() == 0) suspended.swap(spare_);
@@ -233,7 +244,7 @@ void GuestStack::abandon() {
 }
 
 void GuestStack::leave_after_fault() {
-    kt_switch_stack(&instance().guest_, instance().host_, Outcome::FAULT);
+    kt_switch_stack(&current_->guest_, current_->host_, Outcome::FAULT);
     __builtin_unreachable();
 }
 
@@ -253,7 +264,8 @@ bool GuestStack::survives(int signal, const void *address, greg_t *registers) {
 // leave_after_fault() at the top of the guest's stack, whose frames are not needed any more: on
 // return the kernel restores the signal mask.
 void GuestStack::on_fault(int signal, void *info, void *context) {
-    auto &stack = instance();
+    GuestStack *const running =
+        current_ != nullptr && current_->host_ != nullptr ? current_ : nullptr;
     auto *fault = static_cast<siginfo_t *>(info);
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
     if (signal == SIGBUS && (registers[REG_EFL] & ALIGNMENT_FLAG) != 0) {
@@ -261,17 +273,18 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
         registers[REG_EFL] &= ~ALIGNMENT_FLAG;
         return;
     }
-    if (signal == SIGSYS && stack.host_ == nullptr) {  // the engine's or Python's own
+    if (signal == SIGSYS && running == nullptr) {  // the engine's or Python's own
         registers[REG_RAX] = -EPERM;
         return;
     }
-    if (stack.host_ == nullptr) {  // not in a guest: let the default action kill the process
+    if (running == nullptr) {  // not in a guest: let the default action kill the process
         if (::signal(signal, SIG_DFL) != SIG_ERR)
             raise(signal);
         else  // confined; the kernel kills a process that faults where the signal is blocked
             sigaddset(&static_cast<ucontext_t *>(context)->uc_sigmask, signal);
         return;
     }
+    GuestStack &stack = *running;
     stack.note_signal(registers);
     // These two come with the address behind their instruction.
     if (signal == SIGSYS || signal == SIGTRAP) stack.signal_at_--;
@@ -312,7 +325,7 @@ bool GuestStack::is_stuck(uintptr_t at, uint32_t weight) {
     return is_guests_code(at);
 }
 
-const GuestStack::Code *GuestStack::guests_code(uintptr_t at) const {
+const GuestStack::Code *GuestStack::guests_code(uintptr_t at) {
     for (const auto &code : code_)
         if (at >= code.begin && at < code.end) return &code;
     return nullptr;
@@ -324,7 +337,7 @@ void GuestStack::note_signal(const greg_t *registers) {
 }
 
 /// Whether a word on the stack is an address that a guest's call returns to: behind a call.
-bool GuestStack::returns_there(uintptr_t word) const {
+bool GuestStack::returns_there(uintptr_t word) {
     constexpr uint8_t CALL = 0xE8, INDIRECT = 0xFF, INDIRECT_CALL = 2;
     constexpr size_t LONGEST = 7;
     const Code *code = guests_code(word);
@@ -409,9 +422,9 @@ void GuestStack::refuse_system_call(greg_t *registers, const void *info) {
 // A jump to itself never ends and changes nothing, so it does not matter when the timer finds it:
 // the result stays deterministic.
 void GuestStack::on_timer(void *info, void *context) {
-    auto &stack = instance();
+    if (current_ == nullptr || current_->host_ == nullptr) return;
+    GuestStack &stack = *current_;
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
-    if (stack.host_ == nullptr) return;
     stack.note_signal(registers);
     const auto weight = static_cast<uint32_t>(static_cast<siginfo_t *>(info)->si_value.sival_int);
     if (stack.is_stuck(static_cast<uintptr_t>(registers[REG_RIP]), weight)) {

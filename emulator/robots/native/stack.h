@@ -1,4 +1,4 @@
-/// The stack that all guests run on, in turn.
+/// The stack that guests run on, in turn.
 ///
 /// A call that returns is an ordinary call. A call that blocks (`delay`) is suspended: the used
 /// part of the stack is copied out and, later, back to the same address, so that pointers into it
@@ -7,7 +7,8 @@
 /// a guest in such a jump to itself. It also ends a call in which, for 5 s of CPU time, the guest's
 /// clock stands still: loops that nothing counts, made of inline assembly or longjmp().
 ///
-/// There is one per process, and one guest runs at a time.
+/// There is one for each share of the robots (base/team.h): a suspended call comes back to the stack
+/// that it left, in whichever thread. One guest runs on it at a time.
 #ifndef KILOTWIN_ROBOTS_NATIVE_STACK_H
 #define KILOTWIN_ROBOTS_NATIVE_STACK_H
 
@@ -77,20 +78,24 @@ class GuestStack {
     /// the program has to stop.
     using OnMistake = bool (*)(Mistake mistake, const void *address);
 
-    /// The process's stack; the first call installs the signal handlers.
-    static GuestStack &instance();
+    /// The stack of a share; the first call installs the signal handlers. To be called by one
+    /// thread at a time; the stack stays for the life of the process.
+    static GuestStack &of(uint32_t share);
 
-    /// To be called by a thread before it runs guests: gives it a signal stack and the timer, and
-    /// closes a confined process to guests that are not loaded. Cheap when called again.
-    void serve_this_thread();
+    /// To be called by a thread before it runs guests: gives it a signal stack and the timer.
+    static void prepare_this_thread();
+
+    /// The same by the thread that steps the world, before guests run in any: closes a confined
+    /// process to guests that are not loaded. Cheap when called again.
+    static void serve_this_thread();
 
     /// To be called before the process confines itself (base/confinement.h): a system call that is
     /// refused then ends the call of the guest which makes it, and fails in the engine.
-    void attend_system_calls();
+    static void attend_system_calls();
 
     /// Finds guests that sleep too, in this thread. Once; it interrupts a blocking call of the
     /// engine each second, which not all libraries bear.
-    void watch_sleep();
+    static void watch_sleep();
 
     /// To be called when the guest with this clock is gone.
     void forget(const volatile Cycles *clock) {
@@ -111,7 +116,7 @@ class GuestStack {
     }
 
     /// To be called when a guest is loaded: where its code lies, and address 0 of its file.
-    void add_code(uintptr_t begin, uintptr_t end, uintptr_t zero) {
+    static void add_code(uintptr_t begin, uintptr_t end, uintptr_t zero) {
         code_.push_back({begin, end, zero});
     }
 
@@ -145,6 +150,7 @@ class GuestStack {
 
   private:
     GuestStack();
+    static void handle_signals();
     Outcome back(Outcome outcome, SuspendedCall &suspended);
     static void on_fault(int signal, void *info, void *context);
     bool survives(int signal, const void *address, greg_t *registers);
@@ -154,9 +160,9 @@ class GuestStack {
     void give_float_control();
     void end_call(greg_t *registers);
     struct Code;
-    const Code *guests_code(uintptr_t at) const;  ///< null: it is no guest's
-    bool is_guests_code(uintptr_t at) const { return guests_code(at) != nullptr; }
-    bool returns_there(uintptr_t word) const;
+    static const Code *guests_code(uintptr_t at);  ///< null: it is no guest's
+    static bool is_guests_code(uintptr_t at) { return guests_code(at) != nullptr; }
+    static bool returns_there(uintptr_t word);
     Place place(uintptr_t at, uintptr_t sp) const;
     void note_signal(const greg_t *registers);
     void refuse_system_call(greg_t *registers, const void *info);
@@ -174,10 +180,15 @@ class GuestStack {
     struct Code {
         uintptr_t begin, end, zero;
     };
-    std::vector<Code> code_;
+    inline static std::vector<Code> code_;  ///< of all guests; none is loaded while one runs
 
-    uint64_t calls_ = 0;  ///< how often a guest was entered
-    FloatControl host_control_ = {};
+    /// The stack that this thread runs a guest on, or null: signals come to the thread. The model
+    /// spares a call; it has room for some bytes in each process.
+    inline static thread_local GuestStack *current_ __attribute__((tls_model("initial-exec"))) =
+        nullptr;
+
+    uint64_t calls_ = 0;                            ///< how often a guest was entered
+    inline static FloatControl host_control_ = {};  ///< of all threads that run guests
     /// Modes of guests that changed theirs, by their clocks.
     std::map<const volatile Cycles *, FloatControl> float_controls_;
 

@@ -134,7 +134,7 @@ uint64_t TranslatedRobot::serial_asks_at() const {
 
 bool TranslatedRobot::ticks_are_plain() const {
     constexpr uint16_t ATTEMPTS = offsetof(robot_core_t, answer.attempts);
-    return program_.tick_cycles != 0 && data[seam_.robot + ATTEMPTS] == 0 &&
+    return learned_.tick_cycles != 0 && data[seam_.robot + ATTEMPTS] == 0 &&
            data[OCR0A] == TICK_MATCH;
 }
 
@@ -165,12 +165,12 @@ void TranslatedRobot::count_tick() {
     disturb_passes();
     count(1);
     image_.flagged = TranslatedImage::NO_TIME;
-    left -= static_cast<int64_t>(program_.tick_cycles);
+    left -= static_cast<int64_t>(learned_.tick_cycles);
 }
 
 /// As the chip does: the program counter goes to the stack, and no other interrupt comes.
 void TranslatedRobot::begin_interrupt(Interrupt which) {
-    image_.is_timed = which == Interrupt::TICK && program_.tick_cycles == 0;
+    image_.is_timed = which == Interrupt::TICK && learned_.tick_cycles == 0;
     disturb_passes();
     image_.interrupted = cycle();
     image_.interrupt = which;
@@ -195,7 +195,7 @@ void TranslatedRobot::return_from_interrupt() {
 void TranslatedRobot::end_interrupt() {
     const uint64_t took = cycle() - image_.interrupted;
     if (image_.interrupt == Interrupt::TICK && image_.is_timed)
-        program_.tick_cycles = static_cast<uint32_t>(took);
+        learned_.tick_cycles = static_cast<uint32_t>(took);
     image_.interrupt = Interrupt::NONE;
     image_.is_timed = image_.granted = false;
 }

@@ -42,10 +42,11 @@ void pass_ticks(RobotRecord &robot) {
 
 }  // namespace
 
-TranslatedDriver::TranslatedDriver(TranslatedProgram &program, size_t robots)
+TranslatedDriver::TranslatedDriver(TranslatedProgram &program, size_t robots, uint32_t shares)
     : Driver(Tier::TRANSLATED, program.name(), program.path()),
       program_(program),
       memory_(robots * STATE_LINES) {
+    program.make_room(shares);
     own_bytes_ = sizeof(TranslatedState);
     heeds_light_ = true;
 }

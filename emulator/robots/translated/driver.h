@@ -14,7 +14,7 @@ namespace kilotwin {
 class TranslatedDriver final : public Driver {
   public:
     /// For up to `robots` of them. `program` must live on.
-    TranslatedDriver(TranslatedProgram &program, size_t robots);
+    TranslatedDriver(TranslatedProgram &program, size_t robots, uint32_t shares);
 
     void switch_on(RobotRecord &robot) override;
     void switch_off(RobotRecord &robot) override;

@@ -3,6 +3,7 @@
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_PROGRAM_H
 #define KILOTWIN_ROBOTS_TRANSLATED_PROGRAM_H
 
+#include <deque>
 #include <string>
 #include <utility>
 
@@ -11,8 +12,8 @@
 
 namespace kilotwin {
 
-/// One per shared object and process, however many simulations use it. Not for two threads at a
-/// time.
+/// One per shared object and process, however many simulations use it. Two threads at a time execute
+/// robots of different shares.
 class TranslatedProgram {
   public:
     /// Loads the translation at `path`, or finds it loaded already. It stays for the life of the
@@ -47,11 +48,21 @@ class TranslatedProgram {
     void cover(uint32_t pc, uint8_t mark) {
         if (coverage_ != nullptr) coverage_[pc / 2 % COVER_DEPTHS] |= mark;
     }
+    /// Whether it notes which of its code has run, in one place for all robots.
+    bool is_covered() const { return coverage_ != nullptr; }
 
-    /// Cycles of a tick's interrupt that only counts; 0: not yet known.
-    uint32_t tick_cycles = 0;
-    /// Passes of its main loop.
-    KnownPasses known_passes;
+    /// Findings about the program from robots that ran it. They change the cost alone.
+    struct Learned {
+        /// Cycles of a tick's interrupt that only counts; 0: not yet known.
+        uint32_t tick_cycles = 0;
+        /// Passes of its main loop.
+        KnownPasses known_passes;
+    };
+    /// Those of a share of the robots (base/team.h), for which there is room.
+    Learned &learned(uint32_t share) { return learned_[share]; }
+    void make_room(uint32_t shares) {
+        if (learned_.size() < shares) learned_.resize(shares);
+    }
 
   private:
     TranslatedProgram(const std::string &path, std::string name);
@@ -64,7 +75,8 @@ class TranslatedProgram {
     const translation_t *code_;
     const translation_t *debugged_ = nullptr;
     const translation_t *watched_ = nullptr;
-    uint8_t *coverage_;  ///< its marks; null: it has none
+    uint8_t *coverage_;               ///< its marks; null: it has none
+    std::deque<Learned> learned_{1};  ///< by share
 };
 
 }  // namespace kilotwin

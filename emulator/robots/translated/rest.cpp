@@ -25,7 +25,7 @@ const KnownPass *TranslatedRobot::find_known_pass(uint32_t &lasts) const {
     const uint32_t ticks = ticks_now();
     const KnownPass *found = nullptr;
     lasts = 0;
-    for (const KnownPass &one : program_.known_passes.passes.all) {
+    for (const KnownPass &one : learned_.known_passes.passes.all) {
         if (one.pc != pc || one.stack != stack || one.status != now) continue;
         const uint32_t so_long = one.lasts(data, ticks);
         if (so_long <= lasts) continue;
@@ -40,7 +40,7 @@ const KnownPass *TranslatedRobot::find_known_pass(uint32_t &lasts) const {
 /// Where passes change something in each tick, it looks ever more seldom.
 bool TranslatedRobot::recall() {
     if (at(seam_.robot) != ROBOT_RUNNING) return false;
-    auto &known = program_.known_passes;
+    auto &known = learned_.known_passes;
     known.looks++;
     uint32_t lasts = 0;
     const KnownPass *found = find_known_pass(lasts);
@@ -88,7 +88,7 @@ TickRest TranslatedRobot::rest_of(const KnownPass &known) {
 /// is not known where the medium has to be asked before.
 void TranslatedRobot::recall_request(const KnownPass &found, uint32_t lasts) {
     if (robot_.arbitrated || robot_.context->frame != 0) return;
-    auto &known = program_.known_passes;
+    auto &known = learned_.known_passes;
     const uint32_t ticks = ticks_now();
     const auto use = [&](const KnownRequest &request) {
         const auto moves = [&](const auto &one) { return request.on.has(one.address, one.bytes); };
@@ -134,7 +134,7 @@ bool TranslatedRobot::take_ticks_at_rest() {
     uint64_t now = 0;
     for (; taken < most; taken++, counts += TICK_MATCH) {
         const bool asks = (counts & UINT16_MAX) > period;
-        const uint32_t interrupt = asks ? rest.request_cycles : program_.tick_cycles;
+        const uint32_t interrupt = asks ? rest.request_cycles : learned_.tick_cycles;
         const uint32_t passes = cycles_with_tick(phase), takes = interrupt + passes;
         if (interrupt == 0 || passes == 0 || image_.match + takes + idle > others) break;
         now = image_.match - phase + takes;

@@ -34,6 +34,7 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
                                  TranslatedState &state)
     : translated_chip_t{},
       program_(program),
+      learned_(program.learned(robot.context->share)),
       robot_(robot),
       image_(state.image),
       rare_(state.rare),

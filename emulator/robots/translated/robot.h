@@ -221,6 +221,7 @@ class TranslatedRobot : private translated_chip_t {
     void look_at_pins();
 
     TranslatedProgram &program_;
+    TranslatedProgram::Learned &learned_;  ///< of its program, by its share
     RobotRecord &robot_;
     TranslatedImage &image_;
     Own<TranslatedState::Rare> &rare_;

@@ -20,17 +20,17 @@ _STUCK_S = 60
 # Between two calls of the engine a run may write tables, or wait for a metric's function.
 _BETWEEN_CALLS = 10
 
-_FIELDS = struct.Struct("=IIQI")  # BlackBox of emulator/robots/record.h
+# BlackBox of emulator/robots/record.h; its shares lie on lines of the cache.
+_FIELDS, _SHARE, _LINE_BYTES, _MOST_SHARES = struct.Struct("=QII"), struct.Struct("=II"), 64, 32
 _PAGE_BYTES = 4096
 
 
 @dataclass(frozen=True)
 class Seen:
-    """A look into it: the robot that ran last, and its tick; the world's steps; whether the engine
-    is in a call."""
+    """A look into it: the robots that ran last, one for each thread, and their ticks; the world's
+    steps; whether the engine is in a call."""
 
-    robot: int
-    tick: int
+    robots: tuple[tuple[int, int], ...]
     steps: int
     at_work: bool
 
@@ -65,18 +65,25 @@ class BlackBox:
     def seen(self) -> Seen:
         """As it is now. A program may have written it: any numbers."""
         with self.path.open("rb") as file:
-            robot, tick, steps, at_work = _FIELDS.unpack(
-                file.read(_FIELDS.size).ljust(_FIELDS.size, b"\0")
-            )
-        return Seen(robot, tick, steps, at_work != 0)
+            content = file.read(_PAGE_BYTES).ljust(_PAGE_BYTES, b"\0")
+        steps, at_work, shares = _FIELDS.unpack_from(content)
+        robots = (
+            _SHARE.unpack_from(content, (1 + share) * _LINE_BYTES)
+            for share in range(min(shares, _MOST_SHARES))
+        )
+        return Seen(tuple(robots), steps, at_work != 0)
 
     def ran_last(self, experiment: Experiment) -> str:
-        """The robot that the engine was executing, by uid: "count robot 3 tick 17"; "" if none."""
+        """The robot that the engine was executing, by uid: "count robot 3 tick 17"; "" if none. Of
+        several threads those that were, "... or ..."."""
         seen = self.seen()
-        if not seen.at_work or seen.robot >= experiment.size:
+        if not seen.at_work:
             return ""
-        program = experiment.program_of(seen.robot).name
-        return f"{program} robot {experiment.uid_of(seen.robot)} tick {seen.tick}"
+        return " or ".join(
+            f"{experiment.program_of(robot).name} robot {experiment.uid_of(robot)} tick {tick}"
+            for robot, tick in seen.robots
+            if robot < experiment.size
+        )
 
     def out_of_memory(self, experiment: Experiment) -> str:
         """Why the kernel ended the process that took too much (files/memory_group.py), a clause."""

@@ -1,6 +1,7 @@
 """A run as the parent passes it to its worker process."""
 
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +16,10 @@ from kilotwin.session.faster_code import Files
 if TYPE_CHECKING:
     from kilotwin.table.environment.poses import Address
 
+
+FEW_ROBOTS = 4_000
+"""With fewer, threads wait for one another longer than they save (docs/performance.md)."""
+_MOST_THREADS = 8  # of those that nobody asked for
 
 Device = Literal["ohc", "dispatcher"]
 """A device of a served table that has a serial port."""
@@ -117,8 +122,21 @@ class Job:
     speed: float = math.inf
     """How many times real time it goes once a page of the viewer is open, for which it waits;
     infinite: as fast as it can, and at once."""
+    threads: int = 1
+    """So many step its world."""
 
     @property
     def all_guests(self) -> list[str]:
         """Those of robots, then that of modules."""
         return [*self.guests, *([self.module_guest] if self.module_guest else [])]
+
+
+def threads_for(experiment: Experiment) -> int:
+    """So many threads step the world of a run that has the computer for itself: `engine.threads`;
+    where it is left out one for few robots, else one for each core."""
+    asked = experiment.keys.engine.threads
+    if asked is not None:
+        return asked
+    if experiment.size < FEW_ROBOTS:
+        return 1
+    return min(len(os.sched_getaffinity(0)), _MOST_THREADS)

@@ -58,7 +58,7 @@ from kilotwin.session.confined_worker import growth_of, unconfined_because
 from kilotwin.session.display import Display, Window
 from kilotwin.session.estimate import cpu_s_of
 from kilotwin.session.faster_code import expected, runs_native_code
-from kilotwin.session.job import Job, Probes, Serving
+from kilotwin.session.job import Job, Probes, Serving, threads_for
 from kilotwin.session.worker_process import WorkerProcess, start_worker
 from kilotwin.table.ports.pseudo_terminal import remove_dead
 from kilotwin.units import duration_text, ticks
@@ -146,14 +146,13 @@ def run(
     natives = native_kilobots(experiment, guests)
     twins = Twins(natives, twin, display.note, listens=serving is None)
     with BlackBox.made() as black_box, Optimiser(built) as optimiser:
-        module_file = "" if modules is None else str(modules.file)
         job = Job(
             experiment,
             [str(guest.file) for guest in guests],
             folder.absolute(),
             manifest,
             str(black_box.path),
-            module_file,
+            "" if modules is None else str(modules.file),
             serving,
             probes or Probes(),
             covered,
@@ -166,6 +165,7 @@ def run(
             listen_s=TWIN_S,
             viewers=() if window is None else (window.run_end,),
             speed=speed,
+            threads=threads_for(experiment),
         )
         try:
             child = _Child(

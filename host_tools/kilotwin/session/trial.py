@@ -196,6 +196,7 @@ class Trial(Generic[WriterT]):
             lead_ticks=self._lead_ticks(),
             waits=job.serving is not None,
             debugged=self._debugged(),
+            threads=job.threads,
         )
         with self._placing_errors():
             return _emulator.Simulation(spec, powered=False)

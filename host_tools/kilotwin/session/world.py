@@ -165,6 +165,7 @@ class World:
             black_box=None,
             module_guest="" if modules is None else str(modules.file),
             lead_ticks=lead_ticks(self._experiment),
+            threads=self._experiment.keys.engine.threads or 1,
         )
         try:
             simulation = _emulator.Simulation(spec)

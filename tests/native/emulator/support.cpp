@@ -90,7 +90,7 @@ Bench::Bench(const std::vector<std::string> &programs, uint64_t seed)
     for (const auto &name : programs) {
         auto &program = Program::load(guest(name), name);
         auto index = static_cast<uint32_t>(robots_.size());
-        drivers_.push_back(std::make_unique<NativeDriver>(program, 1));
+        drivers_.push_back(std::make_unique<NativeDriver>(std::vector{&program}, 1));
         Calibration calibration = {TICK_CYCLES,    static_cast<uint16_t>(index + 1), 65, 66, 70, 71,
                                    InfraredGains()};
         robots_.emplace_back(context_, *drivers_.back(), index, calibration, 0);

@@ -168,13 +168,13 @@ TEST_CASE("each of as many kinds of stations as can be numbered speaks for its o
     constexpr uint32_t OTHERS = 256 - 2;  // robots as guests and light from above are there
     const Arena arena = square_hall(1);
     const Chance chance(1);
-    Bodies bodies(arena, small_robot(), chance, ticks(1), 0, {}, 0.1);
+    Team team;
+    Bodies bodies(arena, small_robot(), chance, team, ticks(1), 0, {}, 0.1);
     Swarm<Robot> robots;
-    std::vector<Emission> emissions;
     const std::vector<Region> overhead;
     const std::unique_ptr<Trail> no_trail;
     KilobotChannel channel(infrared_settings(),
-                           {chance, robots, bodies, emissions, ticks(1), true, overhead, no_trail},
+                           {chance, robots, bodies, team, ticks(1), true, overhead, no_trail},
                            OTHERS + 1, true, {});
     std::deque<Noting> kinds(OTHERS);
     for (uint32_t station = 0; station < OTHERS; station++)

@@ -112,7 +112,7 @@ class Simulation:
         if "dies" in self._programs and end >= _DIES_AT_TICK:
             robot = self._programs.index("dies")
             black_box = Path(self._spec["black_box"])
-            black_box.write_bytes(struct.pack("=IIQI", robot, _DIES_AT_TICK, 1, 1))
+            black_box.write_bytes(struct.pack("=QII48xII", 1, 1, 1, robot, _DIES_AT_TICK))
             os.kill(os.getpid(), signal.SIGSEGV)
         if self.tick == 0:
             self._events += [

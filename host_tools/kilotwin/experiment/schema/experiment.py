@@ -340,6 +340,11 @@ class Engine(Section):
     avr_core: Literal["translated", "interpreted"] = "translated"
     """How an ATmega328P's code is executed: translated to this computer's if it has a C compiler,
     or interpreted; the result is the same."""
+    threads: Annotated[int, Field(ge=1, le=32)] | None = None
+    """Threads that step the world; the result is the same. If left out, `kilotwin run` takes one
+    for fewer than 4,000 robots, and as many as there are cores for more, 8 at most. Trials of a
+    sweep, and whatever else runs many at once, have one each, whatever is said here; so has a run
+    with robots on an ATmega328P."""
 
     @model_validator(mode="before")
     @classmethod

@@ -46,12 +46,14 @@ def engine_spec(
     lead_ticks: int = 0,
     waits: bool = False,
     debugged: tuple[int, int] | None = None,
+    threads: int = 1,
 ) -> dict[str, Any]:
     """The spec of `_emulator.Simulation`, with every key that it has: the engine has no defaults.
 
     `guests`: built programs or images, one per group. On a grid, `module_guest` is its modules'
     program, and the world begins `lead_ticks` before 0. `waits`: robots are not told to run unless
     a [[command]] does. `debugged`: a robot on a chip that gdb controls, and the port for that.
+    `threads` step the world.
     """
     keys, profile = experiment.keys, PROFILES[experiment.keys.swarm.profile]
     return {
@@ -108,6 +110,7 @@ def engine_spec(
         "debugged": debugged and {"robot": debugged[0], "port": debugged[1]},
         "run_ahead": True,
         "recalls_passes": True,
+        "threads": threads,
     }
 
 

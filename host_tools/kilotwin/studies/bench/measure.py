@@ -41,7 +41,7 @@ def measure(
     """
     # Between runs, too, a polite kill leaves what is measured.
     with heeding_interrupts(signal.default_int_handler):
-        for case in cases(workloads, duration_s):
+        for case in cases(workloads, duration_s, threads=1):
             yield _measure_one(case, repeats, note)
 
 

@@ -209,9 +209,14 @@ def _experiment(workload: str, tables: Tables, settings: list[Setting]) -> Exper
     return Experiment.of(ExperimentText(named["name"], Path.cwd(), named, "", settings))
 
 
-def cases(workloads: list[str], duration_s: float | None) -> Iterator[Case]:
-    """The rows of these workloads; `duration_s` in place of whole trials."""
+def cases(
+    workloads: list[str], duration_s: float | None, *, threads: int | None = None
+) -> Iterator[Case]:
+    """The rows of these workloads; `duration_s` in place of whole trials, with so many `threads`;
+    without, as many as a run takes by itself."""
     settings = []
+    if threads is not None:
+        settings.append(Setting(("engine", "threads"), threads, f"{threads} threads"))
     if duration_s is not None:
         settings.append(Setting(("duration_s",), duration_s, f"--duration-s {duration_s:g}"))
     for workload in workloads:
