@@ -45,7 +45,8 @@ ROUTINES: dict[tuple[str, ...], dict[str, str]] = {
     ("mov", "bst", "brbc"): {"530eba21009dd0d4": "DIVMODSI4"},
 }
 """By the names of the first three instructions in the flash, then by digest: names as routines.h
-has them, behind ROUTINE_. Those of avr-libc 2.0 and of the libgcc of gcc 5 to 15."""
+has them, behind ROUTINE_. Those of avr-libc 2.0.0 and of the libgcc of gcc 5.4, as
+Debian has them; whether another version's are the same instructions was not looked at."""
 
 NUMBERS = ((22, 23, 24, 25), (18, 19, 20, 21), (0, 26, 27, 1), (30, 31))
 """Registers that are handed over, as `numbers` of translated_chip_t has them."""
