@@ -44,7 +44,7 @@ struct Box2DSolver::Box2D {
         bool enabled = false;
     };
 
-    b2WorldId world = b2_nullWorldId;
+    b2WorldId world;
     double units_per_m = 0;
     std::vector<Thing> things;      ///< by object
     std::vector<Disc> discs;        ///< by robot
@@ -262,34 +262,26 @@ Box2DSolver::Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t 
     : IslandSolver(arena, mechanics),
       box2d_(std::make_unique<Box2D>()),
       accuracy_(accuracy) {
-    box2d_->units_per_m = RADIUS_UNITS / mechanics.radius_m;
-    box2d_->discs.resize(robots);
-    if (!objects.empty()) open(objects);
-}
-
-Box2DSolver::~Box2DSolver() {
-    if (is_open()) b2DestroyWorld(box2d_->world);
-}
-
-bool Box2DSolver::is_open() const { return B2_IS_NON_NULL(box2d_->world); }
-
-void Box2DSolver::open(const std::vector<Object> &objects) {
     auto &b = *box2d_;
+    b.units_per_m = RADIUS_UNITS / mechanics.radius_m;
+    b.discs.resize(robots);
     b2WorldDef def = b2DefaultWorldDef();
     def.gravity = {0, 0};
     def.enableSleep = false;
     def.maxContactPushSpeed = static_cast<float>(mechanics_.part_m_s * b.units_per_m);
     def.maximumLinearSpeed = static_cast<float>(mechanics_.fastest_m_s * b.units_per_m);
     b.world = b2CreateWorld(&def);
-    if (!is_open())
-        throw EngineError("128 open worlds of this process have robots that touch each other or "
-                          "objects, and Box2D has no more; close worlds that you are done with: "
+    if (B2_IS_NULL(b.world))
+        throw EngineError("128 open worlds of this process have objects, and Box2D has no more; "
+                          "close worlds that you are done with: "
                           "world.close(), or `with World(...) as world:`");
     b.build_walls(arena_);
     const b2BodyDef table = b2DefaultBodyDef();
     const b2BodyId table_id = b2CreateBody(b.world, &table);
     for (const Object &object : objects) b.create_thing(object, mechanics_.mass_kg, table_id);
 }
+
+Box2DSolver::~Box2DSolver() { b2DestroyWorld(box2d_->world); }
 
 // Its body is put where it is when it is enabled the next time.
 void Box2DSolver::forget(uint32_t robot) {
@@ -299,10 +291,6 @@ void Box2DSolver::forget(uint32_t robot) {
 }
 
 void Box2DSolver::solve(Islands &islands, double step_s) {
-    if (!is_open()) {
-        if (islands.bodies.empty()) return;
-        open({});
-    }
     box2d_->update_enabled(islands);
     box2d_->update_things(islands);
     if (islands.bodies.empty() && islands.objects.empty()) return;

@@ -4,8 +4,7 @@
 /// The only file that knows Box2D's types is box2d_solver.cpp. One robot radius is 0.1 of its
 /// length units in every profile, because its tolerances are fixed in units: it finds a contact
 /// that is 0.18 radii away. Each robot has a body of its own, created when it first comes into
-/// contact and disabled while it is in no island. Box2D has room for 128 worlds in a process, so a
-/// solver takes one only when it first has something to solve.
+/// contact and disabled while it is in no island. Box2D has room for 128 worlds in a process.
 #ifndef KILOTWIN_PHYSICS_CONTACT_BOX2D_SOLVER_H
 #define KILOTWIN_PHYSICS_CONTACT_BOX2D_SOLVER_H
 
@@ -22,21 +21,18 @@ class Box2DSolver final : public IslandSolver {
     enum class Accuracy : uint8_t { NORMAL, ORACLE };
 
     /// `robots`: their number; `objects` are read here only, `arena` must live on. A round wall has
-    /// 720 straight segments. EngineError if an object has a part that is too thin, or of objects
-    /// as solve().
+    /// 720 straight segments. EngineError if an object has a part that is too thin, or if Box2D has
+    /// no world left.
     Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots,
                 const std::vector<Object> &objects, Accuracy accuracy);
     ~Box2DSolver() override;
 
     /// NORMAL: a Box2D step for each round, all islands at once (Division).
     /// ORACLE: as the drives' law is written, tick by tick, 16 sub-steps each.
-    /// EngineError if Box2D has no world left for the first bodies.
     void solve(Islands &islands, double step_s) override;
     void forget(uint32_t robot) override;
 
   private:
-    bool is_open() const;  ///< has its Box2D world
-    void open(const std::vector<Object> &objects);
     void step_once(Islands &islands, double step_s);
     void step_by_ticks(Islands &islands, double step_s);
     double swept_m(const Islands &islands, double step_s) const;
