@@ -29,7 +29,6 @@ from ..processes import serving
 from .view_runs import write_run
 
 _PLAYED_S = 5.0
-_SAMPLES = 60
 _MANY_ROWS = 100_000_000
 _ROBOTS_OF_MANY_ROWS = 1_000
 _COST_ROBOTS = 1_000
@@ -48,10 +47,14 @@ def measure(repeats: int, note: Note) -> Iterator[dict[str, Any]]:
         _chromium() as browser,
         tempfile.TemporaryDirectory(prefix="kilotwin-bench-") as scratch,
     ):
-        for robots, least in ((100_000, 20.0), (1_000, 60.0)):
+        for robots, samples, least in (
+            (1_000_000, 12, 15.0),
+            (100_000, 60, 20.0),
+            (1_000, 60, 60.0),
+        ):
             folder = Path(scratch) / f"{robots}"
             note(f"a run of {robots:,} robots")
-            write_run(folder, robots, _SAMPLES)
+            write_run(folder, robots, samples)
             rates = [_frames_s(browser, folder) for _ in range(repeats)]
             what = f"{robots:,} robots play, frames/s"
             # A page is drawn 60 times a second at most.

@@ -91,6 +91,8 @@ TARGETS = [
         CONTACT,
         {
             "box2d_solver.cpp": _TOUCHING,
+            "disc_solver.cpp": _TOUCHING,
+            "island_solver.cpp": _TOUCHING,
             "closed_form.cpp": _TOUCHING,
             "contacts.cpp": f"{_TOUCHING} grouping",
             "grouping.cpp": f"grouping {_TOUCHING}",

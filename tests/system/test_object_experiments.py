@@ -115,4 +115,4 @@ def test_bench_tells_how_much_of_a_transport_box2d_solves(kilotwin: Kilotwin) ->
     words = ["bench", "transport", "--json", "--repeats", "1", "--duration-s", "200", "--quiet"]
     (result,) = json.loads(kilotwin(*words).stdout)
     assert (result["workload"], result["robots"]) == ("transport", 30)
-    assert 0.1 < result["box2d_share"] < 0.9
+    assert 0.1 < result["island_share"] < 0.9

@@ -19,32 +19,11 @@ constexpr double INERTIA = RADIUS_UNITS * RADIUS_UNITS / 2;  // of a disc of mas
 constexpr int ROUND_WALL_SEGMENTS = 720;  // a 19.2 m arena differs from a circle by 0.1 mm
 constexpr int ORACLE_SUB_STEPS = 16;      // a tick
 
-// Sub-steps a tick grow with the mean overlap, in diameters, from the first pair of numbers to the
-// second: a loose crowd needs few; contacts of one that presses are as stiff as their square.
-constexpr double LOOSE_SUB_STEPS = 0.75, LOOSE_OVERLAP = 0.004;
-constexpr double TIGHT_SUB_STEPS = 3, TIGHT_OVERLAP = 0.008;
-constexpr int LEAST_SUB_STEPS = 2;  // of one step
-
-// A robot overlaps with a wall by no more than this, in diameters. In an acute nook its drive
-// wedges it in: friction holds it against soft contacts, which push it out, and each push takes
-// it deeper.
-constexpr double MOST_WALL_OVERLAP = 0.04;
-constexpr int WALL_PASSES = 8;  // in a nook: out of one wall may be into the other
-
-constexpr double SPECULATIVE_UNITS = 0.018;  // Box2D's margin is 0.02
-
 // Taylor series of asin: Box2D's rotations give the sine exactly, and a step turns a robot by
 // little.
 double small_angle(double sine) {
     double square = sine * sine;
     return sine * (1 + square * (1.0 / 6 + square * (3.0 / 40 + square * (15.0 / 336))));
-}
-
-int sub_steps_of(double time_s, double overlap) {
-    const double tight = (overlap - LOOSE_OVERLAP) / (TIGHT_OVERLAP - LOOSE_OVERLAP);
-    const double a_tick =
-        LOOSE_SUB_STEPS + std::clamp(tight, 0.0, 1.0) * (TIGHT_SUB_STEPS - LOOSE_SUB_STEPS);
-    return std::max(LEAST_SUB_STEPS, static_cast<int>(std::ceil(a_tick * time_s / TICK_S)));
 }
 
 }  // namespace
@@ -65,7 +44,7 @@ struct Box2DSolver::Box2D {
         bool enabled = false;
     };
 
-    b2WorldId world = b2_nullWorldId;
+    b2WorldId world;
     double units_per_m = 0;
     std::vector<Thing> things;      ///< by object
     std::vector<Disc> discs;        ///< by robot
@@ -280,38 +259,29 @@ struct Box2DSolver::Box2D {
 
 Box2DSolver::Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots,
                          const std::vector<Object> &objects, Accuracy accuracy)
-    : box2d_(std::make_unique<Box2D>()),
-      arena_(arena),
-      mechanics_(mechanics),
+    : IslandSolver(arena, mechanics),
+      box2d_(std::make_unique<Box2D>()),
       accuracy_(accuracy) {
-    box2d_->units_per_m = RADIUS_UNITS / mechanics.radius_m;
-    box2d_->discs.resize(robots);
-    if (!objects.empty()) open(objects);
-}
-
-Box2DSolver::~Box2DSolver() {
-    if (is_open()) b2DestroyWorld(box2d_->world);
-}
-
-bool Box2DSolver::is_open() const { return B2_IS_NON_NULL(box2d_->world); }
-
-void Box2DSolver::open(const std::vector<Object> &objects) {
     auto &b = *box2d_;
+    b.units_per_m = RADIUS_UNITS / mechanics.radius_m;
+    b.discs.resize(robots);
     b2WorldDef def = b2DefaultWorldDef();
     def.gravity = {0, 0};
     def.enableSleep = false;
     def.maxContactPushSpeed = static_cast<float>(mechanics_.part_m_s * b.units_per_m);
     def.maximumLinearSpeed = static_cast<float>(mechanics_.fastest_m_s * b.units_per_m);
     b.world = b2CreateWorld(&def);
-    if (!is_open())
-        throw EngineError("128 open worlds of this process have robots that touch each other or "
-                          "objects, and Box2D has no more; close worlds that you are done with: "
+    if (B2_IS_NULL(b.world))
+        throw EngineError("128 open worlds of this process have objects, and Box2D has no more; "
+                          "close worlds that you are done with: "
                           "world.close(), or `with World(...) as world:`");
     b.build_walls(arena_);
     const b2BodyDef table = b2DefaultBodyDef();
     const b2BodyId table_id = b2CreateBody(b.world, &table);
     for (const Object &object : objects) b.create_thing(object, mechanics_.mass_kg, table_id);
 }
+
+Box2DSolver::~Box2DSolver() { b2DestroyWorld(box2d_->world); }
 
 // Its body is put where it is when it is enabled the next time.
 void Box2DSolver::forget(uint32_t robot) {
@@ -321,10 +291,6 @@ void Box2DSolver::forget(uint32_t robot) {
 }
 
 void Box2DSolver::solve(Islands &islands, double step_s) {
-    if (!is_open()) {
-        if (islands.bodies.empty()) return;
-        open({});
-    }
     box2d_->update_enabled(islands);
     box2d_->update_things(islands);
     if (islands.bodies.empty() && islands.objects.empty()) return;
@@ -345,38 +311,19 @@ void Box2DSolver::solve(Islands &islands, double step_s) {
     }
 }
 
-/// Moves a robot that overlaps too much with a wall out of it, as far as is too much.
 void Box2DSolver::keep_off_walls(Islands::Body &body) const {
-    const double least_m = mechanics_.radius_m * (1 - 2 * MOST_WALL_OVERLAP);
-    Eigen::Vector2d at = body.pose.position + body.moved.by;
-    bool moved = false;
-    for (int pass = 0; pass < WALL_PASSES; pass++) {
-        double nearest_m = least_m;
-        Eigen::Vector2d out(0, 0);
-        arena_.for_each_wall(at, mechanics_.radius_m,
-                             [&](double gap_m, const Eigen::Vector2d &outward, uint32_t /*wall*/) {
-                                 if (gap_m >= nearest_m) return;
-                                 nearest_m = gap_m;
-                                 out = -outward;
-                             });
-        if (nearest_m == least_m) break;
-        at += (least_m - nearest_m) * out;
-        moved = true;
-    }
-    if (!moved) return;
-    body.moved.by = at - body.pose.position;
+    const Eigen::Vector2d at = body.pose.position + body.moved.by, kept = kept_off_walls(at);
+    if (kept == at) return;
+    body.moved.by = kept - body.pose.position;
     Box2D::Disc &disc = box2d_->discs[body.robot];
-    b2Body_SetTransform(disc.body, box2d_->to_units(at), disc.now.q);
+    b2Body_SetTransform(disc.body, box2d_->to_units(kept), disc.now.q);
     disc.now = b2Body_GetTransform(disc.body);
 }
 
 void Box2DSolver::step_once(Islands &islands, double step_s) {
     auto &b = *box2d_;
-    const auto [overlap_m, closing_m] = find_gaps(islands, step_s);
-    const int rounds = rounds_of(closing_m);
+    const auto [rounds, sub_steps] = divide(islands, step_s, swept_m(islands, step_s));
     const double round_s = step_s / rounds;
-    const int sub_steps = sub_steps_of(
-        round_s, islands.objects.empty() ? overlap_m / (2 * mechanics_.radius_m) : TIGHT_OVERLAP);
     for (auto &body : islands.bodies) {
         if (body.driven.change_wanted(body.free.velocity(step_s)))
             b.set_velocity(b.discs[body.robot], body.driven.velocity);
@@ -413,41 +360,19 @@ void Box2DSolver::step_by_ticks(Islands &islands, double step_s) {
     }
 }
 
-Box2DSolver::Gaps Box2DSolver::find_gaps(const Islands &islands, double step_s) const {
-    const double touch_m = 2 * mechanics_.radius_m;
-    const double found_m = touch_m + SPECULATIVE_UNITS / box2d_->units_per_m;
-    Gaps gaps;
-    double swept_m = 0;  // by the fastest object
+/// By the fastest object in a step; below 0 without objects.
+double Box2DSolver::swept_m(const Islands &islands, double step_s) const {
+    double swept_m = islands.objects.empty() ? -1 : 0;
     for (const auto &[object, state] : islands.objects)
         swept_m = std::max(swept_m, step_s * state.most_m_s(box2d_->things[object].radius_m));
-    double overlaps_m = 0;
-    int overlapping = 0;
-    for (const auto &body : islands.bodies)
-        if (body.at_wall || !islands.objects.empty())
-            gaps.closing_m = std::max(gaps.closing_m, body.free.by.norm() + swept_m);
-    for (const auto &[one, other] : islands.pairs) {
-        const auto &a = islands.bodies[one], &b = islands.bodies[other];
-        const Eigen::Vector2d apart = b.pose.position - a.pose.position;
-        const double square = apart.squaredNorm();
-        if (square > touch_m * touch_m && square <= found_m * found_m) continue;
-        const double distance_m = std::sqrt(square), gap_m = distance_m - touch_m;
-        if (gap_m <= 0) {
-            overlaps_m -= gap_m;
-            overlapping++;
-            continue;
-        }
-        const double closing_m = apart.dot(a.free.by - b.free.by) / distance_m;
-        if (closing_m > gap_m) gaps.closing_m = std::max(gaps.closing_m, closing_m);
-    }
-    if (overlapping > 0) gaps.overlap_m = overlaps_m / overlapping;
-    return gaps;
+    return swept_m;
 }
 
 /// Box2D finds a contact only when bodies are within the speculative margin as its step begins: a
 /// step is divided so that two robots do not close by more within one.
 int Box2DSolver::rounds_of(double closing_m) const {
-    const double closing_units = closing_m * box2d_->units_per_m;
-    return std::max(1, static_cast<int>(std::ceil(closing_units / SPECULATIVE_UNITS)));
+    const double seen_m = SEEN_RADII * mechanics_.radius_m;
+    return std::max(1, static_cast<int>(std::ceil(closing_m / seen_m)));
 }
 
 std::string box2d_version() {

@@ -3,8 +3,21 @@
 #include <algorithm>
 
 #include "base/selection.h"
+#include "physics/contact/disc_solver.h"
 
 namespace kilotwin {
+
+namespace {
+
+std::unique_ptr<IslandSolver> solver_for(const Arena &arena, const Mechanics &mechanics,
+                                         size_t robots, const std::vector<Object> &objects,
+                                         Box2DSolver::Accuracy accuracy) {
+    if (objects.empty() && accuracy == Box2DSolver::Accuracy::NORMAL)
+        return std::make_unique<DiscSolver>(arena, mechanics);
+    return std::make_unique<Box2DSolver>(arena, mechanics, robots, objects, accuracy);
+}
+
+}  // namespace
 
 Contacts::Contacts(const Arena &arena, const Profile &profile, double drive_m_s, double fastest_m_s,
                    size_t robots, const std::vector<Object> &objects,
@@ -14,7 +27,7 @@ Contacts::Contacts(const Arena &arena, const Profile &profile, double drive_m_s,
       gives_way_(profile.gives_way),
       closed_form_{{profile.radius_m, profile.mass_kg, profile.push_m_s2, drive_m_s, fastest_m_s}},
       grouping_(arena, profile.radius_m),
-      solver_(arena, closed_form_.mechanics, robots, objects, accuracy) {}
+      solver_(solver_for(arena, closed_form_.mechanics, robots, objects, accuracy)) {}
 
 // It goes on as its trajectory did: turned from the robot's frame into the world's.
 void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
@@ -32,7 +45,7 @@ void Contacts::forget(uint32_t robot) {
     if (!held_[robot]) return;
     remove(robot);
     update();
-    solver_.forget(robot);
+    solver_->forget(robot);
 }
 
 // Sorted, so that results do not depend on the order in which robots came near something.
@@ -84,11 +97,11 @@ void Contacts::step_islands(std::vector<ContactBody> &bodies, const std::vector<
     for (const auto &[one, other, distance_m] : pairs)
         if (bodies[one].kind == Kind::ISLAND)
             islands_.pairs.push_back({bodies[one].member, bodies[other].member});
-    solver_.solve(islands_, step_s);
+    solver_->solve(islands_, step_s);
     island_steps_ += islands_.bodies.size();
 }
 
-/// The body takes part in an island; which one, Box2D finds from the pairs.
+/// The body takes part in an island; which one, the solver finds from the pairs.
 void Contacts::add_to_islands(size_t i, ContactBody &body) {
     body.member = static_cast<uint32_t>(islands_.bodies.size());
     body.moved = {};

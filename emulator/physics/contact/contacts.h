@@ -1,6 +1,6 @@
 /// Moves the robots near a contact, by the cheapest method that is exact for each: alone, or alone
-/// at a wall, or in pairs in closed form (closed_form.h); islands of three and more by Box2D
-/// (box2d_solver.h). Lengths in metres.
+/// at a wall, or in pairs in closed form (closed_form.h); islands of three and more by a solver
+/// (island_solver.h). Lengths in metres.
 ///
 /// Bodies decides which robots are near a contact (the broad phase) and calls, in each world step:
 /// add() and remove(), update(), then step().
@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "base/prefetch.h"
@@ -17,7 +18,7 @@
 #include "physics/contact/box2d_solver.h"
 #include "physics/contact/closed_form.h"
 #include "physics/contact/grouping.h"
-#include "physics/contact/islands.h"
+#include "physics/contact/island_solver.h"
 #include "physics/motion.h"
 
 namespace kilotwin {
@@ -25,7 +26,7 @@ namespace kilotwin {
 class Contacts {
   public:
     /// `drive_m_s`: speed of the fastest drive; `fastest_m_s`: limit for pushed robots; `robots`:
-    /// their number. `arena` must outlive this.
+    /// their number. `arena` must outlive this. Any accuracy but NORMAL is Box2D's.
     Contacts(const Arena &arena, const Profile &profile, double drive_m_s, double fastest_m_s,
              size_t robots, const std::vector<Object> &objects = {},
              Box2DSolver::Accuracy accuracy = Box2DSolver::Accuracy::NORMAL);
@@ -80,7 +81,7 @@ class Contacts {
     Grouping grouping_;
     Mechanics::Change force_{};       ///< of this step
     std::vector<DrivenBody> before_;  ///< of uncertain bodies, before they moved in this step
-    Box2DSolver solver_;
+    std::unique_ptr<IslandSolver> solver_;
     Islands islands_;
     uint64_t island_steps_ = 0;
 };

@@ -1,6 +1,6 @@
 /// Islands: groups of bodies that may touch several others within a world step, or a wall besides.
-/// Box2D moves them (box2d_solver.h); single contacts have a closed form (closed_form.h). Lengths
-/// in metres.
+/// A solver moves them (island_solver.h); single contacts have a closed form (closed_form.h).
+/// Lengths in metres.
 #ifndef KILOTWIN_PHYSICS_CONTACT_ISLANDS_H
 #define KILOTWIN_PHYSICS_CONTACT_ISLANDS_H
 

@@ -256,10 +256,7 @@ class World:
         for host in self._hosts:
             host.notice_orders()
         self._went_on_s = time.perf_counter()
-        try:
-            Session(world, [Attention(_CHUNK_S), *self._companions]).run()
-        except _emulator.EngineError as error:
-            raise RunError(str(error)) from None
+        Session(world, [Attention(_CHUNK_S), *self._companions]).run()
         self._note_time()
 
     def _note_time(self) -> None:

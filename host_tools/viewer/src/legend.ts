@@ -39,6 +39,8 @@ class RunLegend {
   readonly list = element("ul", "");
   private readonly rows = new Map<string, HTMLElement>(); // by the curve's name
   private byStates = false;
+  private readonly counts = new Array<number>(LEDS).fill(0);
+  private counted: Uint8Array | null = null;
 
   constructor(private readonly scene: Scene) {
     const { names, known, of_led } = scene.states;
@@ -61,8 +63,7 @@ class RunLegend {
 
   count(leds: Uint8Array | null, failed: number): void {
     const { names, known, of_led } = this.scene.states;
-    const counts = new Array<number>(LEDS).fill(0);
-    for (const led of leds ?? []) counts[led & (LEDS - 1)]++;
+    const counts = this.countsOf(leds);
     const shown = new Map<string, number>();
     counts.forEach((count, led) => {
       const named = of_led[led] < known;
@@ -75,6 +76,16 @@ class RunLegend {
     for (const [curve, row] of this.rows) {
       row.querySelector("output")!.textContent = leds ? String(shown.get(curve) ?? 0) : "";
     }
+  }
+
+  // How many robots show each; a sample's are counted once, however many frames show it.
+  private countsOf(leds: Uint8Array | null): number[] {
+    if (leds !== this.counted) {
+      this.counts.fill(0);
+      for (const led of leds ?? []) this.counts[led & (LEDS - 1)]++;
+      this.counted = leds;
+    }
+    return this.counts;
   }
 
   // The row of a curve, made when it is needed first; `led`: as its robots show it.

@@ -62,6 +62,7 @@ interface Chunk {
 const EXTRAS = ["left_duty", "right_duty", "battery", "sent", "received"];
 const MOST_CACHED_ROWS = 8_000_000;
 const CHUNK_ROWS = 200_000;
+const MOST_ANSWERED_ROWS = 2_000_000; // the server answers with no more: kilotwin/runs/samples.py
 
 export class Samples {
   // When each sample was taken, s.
@@ -80,7 +81,8 @@ export class Samples {
     readonly objects: number,
   ) {
     const fitting = Math.floor(CHUNK_ROWS / Math.max(1, size));
-    this.perChunk = 2 ** Math.floor(Math.log2(Math.min(256, Math.max(4, fitting))));
+    const most = Math.max(1, Math.floor(MOST_ANSWERED_ROWS / Math.max(1, size)));
+    this.perChunk = 2 ** Math.floor(Math.log2(Math.min(256, most, Math.max(4, fitting))));
   }
 
   get count(): number {

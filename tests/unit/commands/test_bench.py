@@ -56,7 +56,7 @@ def test_each_run_is_made_and_measured(kilotwin: Kilotwin) -> None:
     assert (result["workload"], result["robots"], result["medium"]) == ("squeeze", 1000, "kilobot")
     assert result["robot_s_per_cpu_s"] > 0
     assert result["worst_overlap_fraction"] == 0.01
-    assert result["box2d_share"] == 0.25
+    assert result["island_share"] == 0.25
     assert result["startup_s"] > 0
     assert result["bytes_per_robot"] is None
     # Speeds are told as ratios to a loop that never changes.
@@ -75,7 +75,7 @@ def test_a_list_of_measurements_is_printed(bench: Bench) -> None:
     assert {result["medium"] for result in results} == {"ideal"}
     assert {result["startup_s"] for result in results} == {0.02}
     # The same number of island steps, in 100 steps of so many robots.
-    assert [result["box2d_share"] for result in results] == [0.25, 0.25, 0.5, 0.5]
+    assert [result["island_share"] for result in results] == [0.25, 0.25, 0.5, 0.5]
 
 
 def test_a_speed_is_compared_with_the_peer_of_the_same_size(bench: Bench) -> None:

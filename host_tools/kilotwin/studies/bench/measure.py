@@ -69,7 +69,7 @@ def _measure_one(case: Case, repeats: int, note: Note) -> dict[str, Any]:
         "worst_overlap_fraction": max(
             summary["stats"]["worst_overlap_fraction"] for summary in summaries
         ),
-        "box2d_share": _box2d_share(summaries[0], size),
+        "island_share": _island_share(summaries[0], size),
         "startup_s": round(median("startup_s"), 4),
         "simulated_s": summaries[0]["simulated_s"],
         "cpu_s": round(median("cpu_s"), 3),
@@ -88,8 +88,8 @@ def _measure_one(case: Case, repeats: int, note: Note) -> dict[str, Any]:
     return record
 
 
-def _box2d_share(summary: dict[str, Any], robots: int) -> float:
-    """Share of the robots' world steps that Box2D solved; the same in every run."""
+def _island_share(summary: dict[str, Any], robots: int) -> float:
+    """Share of the robots' world steps in islands, which a solver moved; the same in every run."""
     stats = summary["stats"]
     share: float = stats["island_steps"] / max(robots * stats["steps"], 1)
     return round(share, 6)
@@ -145,7 +145,7 @@ _FIELDS = [
     "robot_s_per_cpu_s",
     "robot_s_per_loop",
     "worst_overlap_fraction",
-    "box2d_share",
+    "island_share",
     "bytes_per_robot",
     "startup_s",
     "simulated_s",
@@ -167,7 +167,7 @@ _COLUMNS: Columns = {
     "peer": _shown("peer_robot_s_per_cpu_s", "{:,}"),
     "ratio": _shown("times_the_peer", "{:.2f}"),
     "worst overlap": _shown("worst_overlap_fraction", "{:.2f} %", 100),
-    "in Box2D": _shown("box2d_share", "{:.2f} %", 100),
+    "in islands": _shown("island_share", "{:.2f} %", 100),
     "bytes/robot": _shown("bytes_per_robot", "{:,}"),
     "start-up": _shown("startup_s", "{:.0f} ms", 1000),
 }
