@@ -28,6 +28,7 @@
 #include "robots/translated/passes/loops.h"
 #include "robots/translated/passes/pass.h"
 #include "robots/translated/routines/routines.h"
+#include "robots/translated/stack_macros.h"
 #include "robots/translated/watched.h"
 
 /// Changes with every change of the two structures; the emulator takes no other.
@@ -67,11 +68,8 @@ typedef struct translated_chip {
     uint8_t (*pin_written)(struct translated_chip *chip, uint16_t address);
     /// A division by zero begins. The program counter and the stack pointer are here meanwhile.
     void (*divides_by_zero)(struct translated_chip *chip);
-    /// A watched translation reports that `value` is about to replace another one. The
-    /// program counter, the stack pointer and `left` are those of the instruction.
+    /// A watched translation stores another byte; pc, stack and `left` are the instruction's.
     void (*stores)(struct translated_chip *chip, uint16_t address, uint8_t value);
-    /// Likewise, that a counter of so many bytes goes on by several passes.
-    void (*counts)(struct translated_chip *chip, uint16_t address, uint8_t bytes);
     uint16_t pushed_from;  ///< likewise: the lowest address that has been pushed to
     /// The jump, in such a translation, by which a function has gone on in another one, which
     /// returns in its place; 0: none since the last call or return.
@@ -578,38 +576,6 @@ enum {
         } else {                                                                          \
             WRITE_REGISTER(at, offset, address, o_);                                      \
         }                                                                                 \
-    } while (0)
-/// The stack grows downwards; its pointer is to the next free byte.
-#define PUSH(at, offset, r)                                             \
-    do {                                                                \
-        if (__builtin_expect(!FOR_STACK(sp), 0)) HAND_OVER(at, offset); \
-        NOTE_PUSH(sp);                                                  \
-        M[sp--] = (r);                                                  \
-    } while (0)
-/// The byte last pushed, to d. It stays in SRAM, as on the chip.
-#define POP(at, offset, d)                                                \
-    do {                                                                  \
-        if (__builtin_expect(!IN_SRAM(sp + 1), 0)) HAND_OVER(at, offset); \
-        (d) = M[++sp];                                                    \
-    } while (0)
-/// The word address behind a call, low byte first, as the chip has it.
-#define PUSH_RETURN(at, offset, to)                                                           \
-    do {                                                                                      \
-        if (__builtin_expect(!FOR_STACK(sp) || !FOR_STACK(sp - 1), 0)) HAND_OVER(at, offset); \
-        M[sp] = (uint8_t)((to) / 2), M[sp - 1] = (uint8_t)((to) / 2 >> 8);                    \
-        NOTE_JUMP(0);                                                                         \
-        NOTE_PUSH(sp - 1);                                                                    \
-        sp = (uint16_t)(sp - 2);                                                              \
-        NOTE_DEPTH;                                                                           \
-    } while (0)
-/// Goes where the stack says, `cycles` after the block's begin.
-#define RETURN(at, offset, cycles)                                                            \
-    do {                                                                                      \
-        if (__builtin_expect(!IN_SRAM(sp + 1) || !IN_SRAM(sp + 2), 0)) HAND_OVER(at, offset); \
-        NOTE_JUMP(0);                                                                         \
-        sp = (uint16_t)(sp + 2);                                                              \
-        RETURNED                                                                              \
-        GO_TO((uint32_t)(M[sp - 1] << 8 | M[sp]) * 2, cycles);                                \
     } while (0)
 /// From the flash as the program can read it at the moment.
 #define LPM(at, offset, d, address)                                   \

@@ -54,6 +54,7 @@ _HEADERS = [
     f"{_INCLUDE}/robots/translated/{name}"
     for name in (
         "code.h",
+        "stack_macros.h",
         "watched.h",
         "routines/routines.h",
         "passes/counters.h",
