@@ -64,9 +64,29 @@ nb::object chip_of(const PythonSimulation &self, uint32_t robot) {
     return out;
 }
 
+void register_written(nb::class_<PythonSimulation> &simulation) {
+    simulation
+        .def(
+            "note_written",
+            [](PythonSimulation &self, uint32_t robot) { self.simulation().note_written(robot); },
+            nb::arg("robot"),
+            "From now on it is noted which bytes of its SRAM change. Between two steps.")
+        .def(
+            "take_written",
+            [](PythonSimulation &self) {
+                const auto written = self.simulation().take_written();
+                nb::list out;
+                for (size_t at = 0; at < written.size(); at++)
+                    if (written[at]) out.append(at);
+                return out;
+            },
+            "Addresses of bytes that may have changed since the last call: written_bytes.h.");
+}
+
 }  // namespace
 
 void register_debugging(nb::class_<PythonSimulation> &simulation) {
+    register_written(simulation);
     simulation
         .def(
             "hold",
@@ -94,21 +114,6 @@ void register_debugging(nb::class_<PythonSimulation> &simulation) {
             nb::arg("robots"), nb::arg("on_stop"),
             "A debugger takes hold of these, which run translated, and lets go of all others. "
             "Between two steps. `on_stop` is called in the midst of advance().")
-        .def(
-            "note_written",
-            [](PythonSimulation &self, uint32_t robot) { self.simulation().note_written(robot); },
-            nb::arg("robot"),
-            "From now on it is noted which bytes of its SRAM change. Between two steps.")
-        .def(
-            "take_written",
-            [](PythonSimulation &self) {
-                const auto written = self.simulation().take_written();
-                nb::list out;
-                for (size_t at = 0; at < written.size(); at++)
-                    if (written[at]) out.append(at);
-                return out;
-            },
-            "Addresses of bytes that may have changed since the last call: written_bytes.h.")
         .def(
             "want",
             [](PythonSimulation &self, const nb::dict &wanted) {

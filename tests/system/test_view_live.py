@@ -12,6 +12,8 @@ from playwright.sync_api import Browser, Page, WebSocketRoute
 from websockets.sync.client import connect
 
 from kilotwin.runs.reader import Run
+from kilotwin.session.debug.repeated_run import Repeated, travel_in
+from kilotwin.session.debug.travel import Wanted
 from kilotwin.units import TICK_S
 
 from ..processes import serving
@@ -289,12 +291,20 @@ def test_a_run_is_steered_from_its_page_and_says_so(
     assert done[3]["heading_rad"] == pytest.approx(np.pi / 2, abs=0.2)
     touched = Run.open(folder / "steered").manifest["touched"]
     assert touched == {"first_s": done[2]["time_s"]}
-    words = [str(KILOTWIN), "run", "--verify", "steered", "--json"]
+    words = [str(KILOTWIN), "run", "--verify", "steered", "--out", "again", "--json"]
     verdict = subprocess.run(
         words, cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
     assert verdict.returncode == 0, verdict.stderr
     assert json.loads(verdict.stdout)["same"]
+    # A debugger's forks of it too.
+    result = Run.open(folder / "again").manifest["summary"]["result_hash"]
+    with travel_in(Repeated.of(folder / "steered", []), [robot]) as (travel, _):
+        begin = travel.start([robot], 0.5)
+        for _ in range(2):
+            assert travel.go_on(Wanted()).why == "end"
+            assert travel.result_hash() == result
+            travel.go_to(begin.place)
 
 
 def drag_first_robot(page: Page, run: Path) -> tuple[int, tuple[float, float]]:

@@ -69,11 +69,8 @@ typedef struct translated_chip {
     uint8_t (*pin_written)(struct translated_chip *chip, uint16_t address);
     /// A division by zero begins. The program counter and the stack pointer are here meanwhile.
     void (*divides_by_zero)(struct translated_chip *chip);
-    /// A watched translation reports that `value` is about to replace another one. The
-    /// program counter, the stack pointer and `left` are those of the instruction.
+    /// A watched translation stores another byte; pc, stack and `left` are the instruction's.
     void (*stores)(struct translated_chip *chip, uint16_t address, uint8_t value);
-    /// Likewise, that a counter of so many bytes goes on by several passes.
-    void (*counts)(struct translated_chip *chip, uint16_t address, uint8_t bytes);
     uint16_t pushed_from;  ///< likewise: the lowest address that has been pushed to
     /// The jump, in such a translation, by which a function has gone on in another one, which
     /// returns in its place; 0: none since the last call or return.

@@ -74,10 +74,6 @@ TranslatedRobot::TranslatedRobot(TranslatedProgram &program, RobotRecord &robot,
         static_cast<TranslatedRobot *>(chip)->stores(address, value);
     };
     pushed_from = WrittenBytes::END;
-    counts = [](translated_chip_t *chip, uint16_t address, uint8_t bytes) {
-        WrittenBytes *const written = static_cast<TranslatedRobot *>(chip)->written_;
-        for (uint8_t i = 0; written != nullptr && i < bytes; i++) written->stores(address + i);
-    };
     const Trail *const trail = robot.context->trail;
     if (trail != nullptr && trail->looks_closely_at(robot.index)) [[unlikely]] {
         recalls_in = INT32_MAX;
@@ -433,11 +429,12 @@ CodePath TranslatedRobot::path_here() const {
     return path;
 }
 
-/// A variable is about to change. Locals are none.
+/// A variable is about to change, or has, as a counter. Locals are none.
 void TranslatedRobot::stores(uint16_t address, uint8_t value) {
     if (written_ != nullptr) written_->stores(address);
     Trail *const trail = robot_.context->trail;
-    if (trail == nullptr || address >= seam_.variables_end) return;
+    const bool changes = data[address] != value;
+    if (trail == nullptr || address >= seam_.variables_end || !changes) return;
     trail->stored(robot_.index, moment(), address, data[address], value, path_here());
 }
 

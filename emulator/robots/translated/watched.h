@@ -16,13 +16,13 @@
             NOTE_PLACE(at, offset), chip->stores(chip, (uint16_t)(address), (uint8_t)(r)); \
     } while (0)
 #define NOTE_JUMP(at) (chip->jumped = (at))
-#define NOTE_PUSH(address)                                                          \
-    do {                                                                            \
-        if ((address) < chip->pushed_from) chip->pushed_from = (uint16_t)(address); \
-    } while (0)
-#define NOTE_COUNTED(all)                          \
-    for (unsigned i_ = 0; i_ < (all)->count; i_++) \
-    chip->counts(chip, (all)->counters[i_].address, (all)->counters[i_].bytes)
+#define NOTE_PUSH(address) \
+    ((address) < chip->pushed_from ? (void)(chip->pushed_from = (uint16_t)(address)) : (void)0)
+#define NOTE_COUNTED(all)                                              \
+    for (unsigned i_ = 0; i_ < (all)->count; i_++)                     \
+        for (unsigned at_ = 0; at_ < (all)->counters[i_].bytes; at_++) \
+    NOTE_BYTE((all)->counters[i_].address + at_)
+#define NOTE_BYTE(address) chip->stores(chip, (uint16_t)(address), M[address])
 #else
 #define NOTE_PLACE(at, offset) (void)0
 #define NOTE_JUMP(at) (void)0

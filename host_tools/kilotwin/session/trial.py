@@ -361,7 +361,8 @@ class Trial(Generic[WriterT]):
         time_s = round(seconds(event["tick"]), 3)
         if event["kind"] == STEERED and not self._touched:
             self._touched = True
-            add_to_manifest(self._job.folder, {TOUCHED: {"first_s": time_s}})
+            if self._folder:
+                add_to_manifest(self._job.folder, {TOUCHED: {"first_s": time_s}})
         self._report({"type": "note", "text": f"at {time_s:.3f} s: {event['text']}"})
 
     def _note_faster_code(self, tick: int) -> None:
