@@ -384,7 +384,7 @@ def test_128_open_worlds_have_objects_and_the_next_says_so() -> None:
     transport = ROOT / "experiments" / "objects" / "transport.toml"
     worlds = [World(transport) for _ in range(128)]
     try:
-        with pytest.raises(RunError, match=r"128 open worlds .* close worlds"):
+        with pytest.raises(InputError, match=r"128 open worlds .* close worlds"):
             World(transport)
         worlds[0].close()
         World(transport).close()
