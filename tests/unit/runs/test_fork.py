@@ -13,7 +13,7 @@ from kilotwin.session import fork
 from kilotwin.session.black_box import VARIABLE, BlackBox, Watch, stuck_s
 from kilotwin.session.fork import Ended
 
-AT_WORK = (7).to_bytes(4, "little") + bytes(12) + (1).to_bytes(4, "little")
+AT_WORK = (7).to_bytes(8, "little") + (1).to_bytes(4, "little")
 
 
 @pytest.fixture
