@@ -155,6 +155,7 @@ void SystemCallFilter::allow_work(bool sockets, bool forks) {
         constexpr uint32_t AS_FORK = CLONE_CHILD_CLEARTID | CLONE_CHILD_SETTID | SIGCHLD;
         allow_if(SYS_clone, {{0, WHOLE, AS_FORK}, {0, WHOLE, 0, true}});
         answer(SYS_rt_sigprocmask, ALLOW);
+        answer(SYS_pipe2, ALLOW);  // Arrow's, which it makes anew at a fork
     }
     // Private memory, which is counted.
     allow_if(SYS_mmap, {{2, PROT_EXEC, 0}, {3, MAP_SHARED | MAP_GROWSDOWN, 0}});

@@ -1,5 +1,6 @@
 """`kilotwin debug`: a run is repeated, a robot held in it, line by line, forwards and backwards."""
 
+import io
 import json
 import re
 import shutil
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pyarrow import csv
 from tests.processes import alive
 
 from kilotwin import World, _emulator
@@ -96,6 +98,15 @@ def test_a_run_that_was_stepped_through_has_the_result_of_one_that_was_not(
             results.append(simulation.result_hash())
             assert not is_held or simulation.found() is not None or "breakpoints" in wanted
     assert results[0] == results[1]
+
+
+def test_worlds_fork_beside_a_library_that_has_files_of_its_own(recorded: Path) -> None:
+    # Arrow keeps a pipe from its first reading of a table on, and makes it anew at each fork.
+    csv.read_csv(io.BytesIO(b"a,b\n1,2\n"))
+    with travelling(recorded, [3], 20.0) as travel:
+        forth = travel.go_on(Wanted(), step=True).place
+        travel.go_on(Wanted(), step=True)
+        assert travel.go_back(Wanted(), step=True).place == forth
 
 
 def test_a_step_back_is_the_instruction_before(recorded: Path) -> None:

@@ -4,7 +4,6 @@ puts the run together and then obeys."""
 import contextlib
 import gc
 import os
-import resource
 import signal
 import sys
 import traceback
@@ -76,8 +75,7 @@ def _be_world(
     job: Job, held: Sequence[Held], links: Sequence[Link], log: IO[str], parent: int
 ) -> NoReturn:
     code = 1
-    # The leader's files are closed here: to finalise an object of its that knows of one would end
-    # this process.
+    # The leader's objects are not finalised here: its temporary folders would go.
     gc.freeze()
     try:
         os.setpgid(0, 0)
@@ -86,11 +84,9 @@ def _be_world(
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # no process waits for forks of forks
         _emulator.end_with_parent(parent)
-        with Path(os.devnull).open("rb") as nothing:
-            os.dup2(nothing.fileno(), 0)
         for stream in (1, 2):
             os.dup2(log.fileno(), stream)
-        _close_all_but({link.fileno() for link in links})
+        _leave_all_but({1, 2, *(link.fileno() for link in links)})
         _repeat(job, held, links)
         code = 0
     except BaseException:
@@ -101,14 +97,13 @@ def _be_world(
         os._exit(code)
 
 
-def _close_all_but(kept: set[int]) -> None:
-    """And the first three. The leader's ends are closed, so that a link ends with the leader."""
-    first = 3
-    for file in sorted(kept):
-        if file > first:
-            os.closerange(first, file)
-        first = file + 1
-    os.closerange(first, resource.getrlimit(resource.RLIMIT_NOFILE)[0])
+def _leave_all_but(kept: set[int]) -> None:
+    """Leaves the leader's files, so that a link ends with the leader. Their numbers stay open, on
+    nothing: libraries close at a fork, or when an object goes, what they had opened there."""
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for file in [int(one.name) for one in Path("/proc/self/fd").iterdir()]:
+        if file not in kept:
+            os.dup2(nothing, file)
 
 
 def _repeat(job: Job, held: Sequence[Held], links: Sequence[Link]) -> None:
