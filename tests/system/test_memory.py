@@ -20,6 +20,8 @@ profile = "kilobot"
 program = "firmware/examples/random_walk_counter.c"
 cpu = "native"
 size = {size}
+[engine]
+threads = 1  # whose number would depend on how many robots there are
 [medium]
 kind = "{medium}"
 range_m = 0.1
