@@ -21,9 +21,9 @@ namespace kilotwin {
 /// the thread that made the team.
 class Team {
   public:
-    /// Of one member, the caller alone.
+    /// A team of one member, the caller alone.
     Team() : Team(1, nullptr) {}
-    /// Of `members`, 1 or more: the caller and threads that are started here. Each of these calls
+    /// A team of `members`, 1 or more: the caller and threads that are started here. Each of these calls
     /// `prepare`, which may be null, before any of them has work. EngineError where the system
     /// starts no more threads.
     Team(uint32_t members, void (*prepare)());

@@ -1,8 +1,9 @@
 /// Interface of the infrared channels: what the simulation's loop needs of a medium.
 ///
 /// In a world step the loop calls run(), then for each robot that is due lookahead(), then for each
-/// run_robot(), then end_step(). The members of a team call these two of robots of their shares. A channel owns everything between the begin of a frame at one
-/// station and its reception at others; what it cannot know of a station it asks its kind for
+/// run_robot(), then end_step(). The members of a team call lookahead() and run_robot(), each for the
+/// robots of its share. A channel owns everything between the begin of a frame at one station and
+/// its reception at others; what it cannot know of a station it asks its kind for
 /// (infrared/station.h).
 #ifndef KILOTWIN_INFRARED_CHANNEL_H
 #define KILOTWIN_INFRARED_CHANNEL_H
@@ -115,6 +116,16 @@ class Channel {
     /// Bring into the cache what executing a robot needs, and its neighbours' lookahead.
     virtual void prefetch(uint32_t /*robot*/) const {}
     void prefetch_next_begin(uint32_t robot) const { prefetch_line(&next_begin_[robot]); }
+    /// The same for lookahead(), of robots that are looked at in some turns: `latest` last.
+    void prefetch_lookahead(uint32_t soon, uint32_t later, uint32_t latest) const {
+        const Neighbours &lists = context_.bodies.lists();
+        lists.prefetch_place(latest);
+        lists.prefetch(later);
+        for (uint32_t other : lists.of(soon)) {
+            prefetch_next_begin(other);
+            context_.bodies.prefetch_place(other);
+        }
+    }
 
     const ChannelCounts &counts() const { return counts_; }
 

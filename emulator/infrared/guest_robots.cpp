@@ -462,16 +462,10 @@ void GuestRobots::prefetch(uint32_t robot) const {
 void GuestRobots::prefetch_senders_after(const Share &share, size_t i) const {
     constexpr size_t SOON = 3, LATER = 5, LATEST = 7;
     if (!prefetches(context_.robots.size()) || i + LATEST >= share.senders.size()) return;
-    const Neighbours &lists = context_.bodies.lists();
     const uint32_t latest = share.senders[i + LATEST];
-    lists.prefetch_place(latest);
     channel_.in_flight().prefetch(latest);
     context_.robots[latest].prefetch();
-    lists.prefetch(share.senders[i + LATER]);
-    for (uint32_t other : lists.of(share.senders[i + SOON])) {
-        channel_.prefetch_next_begin(other);
-        context_.bodies.prefetch_place(other);
-    }
+    channel_.prefetch_lookahead(share.senders[i + SOON], share.senders[i + LATER], latest);
 }
 
 // Those that are executed first.

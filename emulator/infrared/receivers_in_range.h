@@ -69,7 +69,7 @@ class ReceiversInRange {
         double distance_squared;  ///< m2
     };
 
-    /// Of the search for one sender; a share has its own.
+    /// Memory of the search for one sender; a share has its own.
     struct alignas(64) Scratch {
         std::vector<Receiver> found;          ///< that is not kept
         std::vector<Eigen::Vector2d> places;  ///< of the robots around the sender

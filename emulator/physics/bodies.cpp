@@ -178,8 +178,8 @@ void Bodies::go_freely() {
     });
 }
 
-/// Of the robots of a share, whose trajectories when the step began are kept in before_ from `slot`
-/// on.
+/// Commands of the robots of a share take effect. Their trajectories when the step began are kept in
+/// before_ from `slot` on.
 void Bodies::change_drives(const Share &share, size_t slot) {
     constexpr size_t SOON = 4;
     const auto &changing = share.changing;

@@ -157,7 +157,7 @@ class Bodies {
     struct alignas(64) Candidates {
         Cycles until = 0;
         RobotList robots;
-        // Of the one, in lists of a step, if it is there.
+        // Places of the one robot in lists of a step, if it is there.
         uint32_t before_slot = 0;  ///< position in before_
         uint32_t body_slot = 0;    ///< position in contact_bodies_
     };
@@ -179,7 +179,7 @@ class Bodies {
         Trajectory trajectory;
     };
 
-    /// What apply_commands() needs of a robot.
+    /// Brings into the cache what apply_commands() needs of a robot.
     void prefetch_motors(uint32_t robot) const {
         prefetch(robot);
         chassis_.prefetch(robot);

@@ -61,7 +61,7 @@ struct Listening {
 struct BlackBox {
     static constexpr uint32_t MOST_SHARES = 32, NONE = UINT32_MAX;
 
-    /// Of a share of the robots (base/team.h), which one thread runs at a time.
+    /// The place of a share of the robots (base/team.h), which one thread runs at a time.
     struct alignas(64) Share {
         uint32_t robot;  ///< index of the last that ran; NONE: of several shares, this one is done
         uint32_t tick;   ///< its kilo_ticks at the last tick

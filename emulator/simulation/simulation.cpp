@@ -255,13 +255,7 @@ void Simulation::take_motor_commands(uint32_t index) {
 void Simulation::prefetch_lookahead_after(const Share &share, size_t i) const {
     constexpr size_t SOON = 3, LATER = 5, LATEST = 7;
     if (!prefetches(size()) || i + LATEST >= share.due.size()) return;
-    const Neighbours &lists = bodies_.lists();
-    lists.prefetch_place(share.due[i + LATEST]);
-    lists.prefetch(share.due[i + LATER]);
-    for (uint32_t other : lists.of(share.due[i + SOON])) {
-        channel_->prefetch_next_begin(other);
-        bodies_.prefetch_place(other);
-    }
+    channel_->prefetch_lookahead(share.due[i + SOON], share.due[i + LATER], share.due[i + LATEST]);
 }
 
 /// The same of run_share().

@@ -55,7 +55,7 @@ def fails_each_time(found: dict[str, object], times: int) -> None:
     (task,) = tasks_of(experiment, 1, 60.0, lambda _: None, sanitized=is_sanitized)
     answers = run_series([task] * times)
     outcomes = [outcome_of(experiment, ran_of(task, one), "plain") for one in answers]
-    # What is to hold throughout the run is written for a shorter one.
+    # An expectation of the whole run is written for a shorter one.
     wanted = str(found["expected"]).partition(",")[0]
     assert all(
         any(fault.expected.partition(",")[0] == wanted for fault in one.faults) for one in outcomes

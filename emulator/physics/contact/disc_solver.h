@@ -43,7 +43,7 @@ class DiscSolver final : public IslandSolver {
         double rate_per_s, mass_share, impulse_share;
         Softness(double hertz, double sub_step_s);
     };
-    /// What may touch: the first disc, and the other one or a wall.
+    /// A contact that may come about: the first disc, and the other one or a wall.
     struct alignas(64) Contact {
         Eigen::Vector2d normal;  ///< from the first one
         double gap_m;            ///< less the way along the normal when it was found

@@ -1,5 +1,5 @@
-/// What moves the islands (islands.h) of a world step: discs alone by disc_solver.h, discs and
-/// objects by box2d_solver.h. This base holds what both need: how finely a step is divided, and how
+/// Interface of the solvers that move the islands (islands.h) of a world step: disc_solver.h discs
+/// alone, box2d_solver.h discs and objects. This base holds what both need: how finely a step is divided, and how
 /// robots are kept out of walls.
 #ifndef KILOTWIN_PHYSICS_CONTACT_ISLAND_SOLVER_H
 #define KILOTWIN_PHYSICS_CONTACT_ISLAND_SOLVER_H

@@ -226,7 +226,7 @@ class MemoryFile {
     int file_;
 };
 
-/// What `load` returns; its errors begin with `failure`.
+/// Returns the result of `load`, whose errors begin with `failure`.
 template <typename Load> void *load_or_tell(const std::string &failure, Load load) {
     try {
         return load();

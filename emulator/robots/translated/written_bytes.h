@@ -5,8 +5,9 @@
 /// The robot is executed by code that reports its stores (translated/watched.h), and that code
 /// reports how far down it pushes; what others have changed shows where code begins and ends; of
 /// known passes (passes/known_pass.h) it is known what changes in them. More bytes may be noted than
-/// have changed, never fewer, but for passes that repeat up to the next tick: what these change was noted when the first of them was executed, which may be in the
-/// stretch before. So whoever looks at a stretch has to look at its neighbours too.
+/// have changed, never fewer, but for passes that repeat up to the next tick: what these change was
+/// noted when the first of them was executed, which may be in the stretch before. So a search of a
+/// stretch has to look at its neighbours too.
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_WRITTEN_BYTES_H
 #define KILOTWIN_ROBOTS_TRANSLATED_WRITTEN_BYTES_H
 
@@ -34,7 +35,7 @@ class WrittenBytes {
 
     /// Code is about to change a byte of SRAM.
     void stores(uint16_t address) { written_.set(address); }
-    /// The program has failed: whoever looks for what was last finds that.
+    /// The program has failed: a search for what was last finds that.
     void fails() { written_.set(); }
     /// Before code begins and where it ends, with the robot's data space: what has changed since.
     /// `lowest`: the lowest address that code has pushed to meanwhile.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 FEW_ROBOTS = 4_000
 """With fewer, threads wait for one another longer than they save (docs/performance.md)."""
-_MOST_THREADS = 8  # of those that nobody asked for
+_MOST_THREADS = 8  # if engine.threads is left out
 
 Device = Literal["ohc", "dispatcher"]
 """A device of a served table that has a serial port."""

@@ -31,7 +31,7 @@ Outcome outcome_of(SimulationDef def, uint32_t threads, int64_t ticks) {
     for (int64_t done = 0; done < ticks; done += 100) {
         simulation.advance(100);
         for (const Event &event : simulation.take_events())
-            // Where a program is loaded to, nobody knows.
+            // The address that a program is loaded to differs from run to run.
             outcome.events.push_back(std::to_string(event.at) + " " + std::to_string(event.robot) +
                                      " " + name_of(event.kind) + " " +
                                      event.text.substr(0, event.text.find(" at address")));

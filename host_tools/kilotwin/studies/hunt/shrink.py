@@ -155,7 +155,7 @@ class Shrinker:
                 robots = near[:FEW]
             one = _without_absent(replace(one, robots=tuple(sorted(robots))))
             if not is_short:
-                # What is seldom among few needs its time.
+                # Seldom events among few robots need their time.
                 one = replace(one, duration_s=min(SHORT_S, self._whole.duration_s))
         if is_short:
             later_s = (one.duration_s or self._whole.duration_s) - SHORT_S
