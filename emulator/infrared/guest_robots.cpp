@@ -150,6 +150,7 @@ void GuestRobots::give_turn(uint32_t robot) {
     if (station.in_turn) return;
     station.in_turn = true;
     turns_.push_back(robot);
+    if (!station.has_arrivals) return;  // most, and a search costs all of them
     Share &share = shares_[context_.robots[robot].share()];
     auto &arrivals = share.arrivals;
     auto is_of_others = [robot](const Arrival &arrival) { return arrival.robot != robot; };
@@ -177,12 +178,14 @@ void GuestRobots::hand_over_all(Share &share) {
 
 void GuestRobots::hand_over(const Arrival &arrival, ChannelCounts &counts) {
     const auto &[begin, range_m, draw, robot, distance_mm, message] = arrival;
+    auto &station = channel_.in_flight().station(robot);
+    station.has_arrivals = false;
     if (receiver_.is_lost(robot, distance_mm, range_m, draw)) {
         counts.lost++;
         return;
     }
     counts.received++;
-    channel_.in_flight().station(robot).counts.received++;
+    station.counts.received++;
     context_.robots[robot].receive(begin + FRAME_CYCLES, message,
                                    receiver_.measure(robot, distance_mm, draw));
 }
@@ -427,6 +430,7 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
     auto &station = channel_.in_flight().station(index);
     const uint64_t draw = from_above ? 0 : station.draws++;
     if (!station.in_turn && !from_above && !frame.has_orders && channel_.trail() == nullptr) {
+        station.has_arrivals = true;
         const size_t share = context_.team.share_of(index, context_.robots.size());
         shares_[share].arrivals.push_back({frame.begin, frame.range_m, draw, index,
                                            reached.distance_mm, frame.message->message()});
