@@ -120,11 +120,14 @@ void set_float_control(const GuestStack::FloatControl &control) {
     __asm__ volatile("ldmxcsr %0; fldcw %1" : : "m"(control.sse), "m"(control.x87));
 }
 
-/// Whether the register on top is free, as calls leave it.
-bool x87_is_empty() {
+/// Frees all registers of the x87 unit, those of MMX. Returns whether none of them is the top any
+/// more: else fninit has to follow. To look at a free register instead (fxam) takes some processors
+/// 900 cycles, a seventh of `walk`.
+bool empty_x87() {
+    constexpr uint16_t TOP = 7 << 11;
     uint16_t status = 0;
-    __asm__ volatile("fxam; fnstsw %0" : "=a"(status));
-    return (status & 0x4500) == 0x4100;
+    __asm__ volatile("fnstsw %0; emms" : "=a"(status));
+    return (status & TOP) == 0;
 }
 
 }  // namespace
@@ -226,7 +229,7 @@ inline void GuestStack::give_float_control() {
 /// Registers of the x87 unit (those of MMX) that the guest left full are emptied.
 inline void GuestStack::take_float_control() {
     const FloatControl left = float_control();
-    if (left == host_control_ && x87_is_empty()) [[likely]]
+    if (left == host_control_ && empty_x87()) [[likely]]
         return;
     if (left == host_control_)
         float_controls_.erase(clock_);
