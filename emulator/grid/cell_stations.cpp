@@ -50,7 +50,7 @@ void IdealCells::shine_from_robot(Frame &frame, const Eigen::Vector2d &from) {
     const int16_t mm = whole_mm(distance_m(frame.sender, *cell));
     grid_.counts.received++;
     if (Trail *const trail = channel_.trail(); trail != nullptr) [[unlikely]]
-        trail->arrived({Trail::Kind::ROBOT, frame.sender}, {Trail::Kind::CELL, *cell}, frame.begin,
+        trail->arrived(trail->station(frame.sender), {Trail::Kind::CELL, *cell}, frame.begin,
                        channel_.received_at(frame.begin), frame.message->message());
     grid_.receive_ir(channel_.received_at(frame.begin), *cell, frame.message->message(), {mm, mm},
                      !frame.message->crc_is_right());

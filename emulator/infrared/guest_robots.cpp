@@ -375,6 +375,7 @@ void GuestRobots::plan_frames(uint32_t index, Cycles requested_at) {
                 {emission.at, What::BEGIN, static_cast<uint32_t>(planned_at(emission.at).size())});
         PlannedFrame &frame = planned.add(emission.at, context_.step);
         frame.emission = emission;
+        frame.emission.robot = index;
         frame.next = next;
     }
 }
@@ -445,7 +446,7 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
     Robot &robot = context_.robots[index];
     const Cycles end = frame.begin + FRAME_CYCLES;
     if (Trail *const trail = channel_.trail(); trail != nullptr) [[unlikely]]
-        trail->arrived(trail->station(frame.sender), {Trail::Kind::ROBOT, index}, frame.begin, end,
+        trail->arrived(trail->station(frame.sender), trail->station(index), frame.begin, end,
                        frame.message->message());
     robot.receive(end, frame.message->message(), receiver_.measure(frame, reached, draw));
     // It may be ordered to run, and then to send, or to answer, before the others are past that.

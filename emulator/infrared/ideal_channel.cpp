@@ -8,15 +8,6 @@
 
 namespace kilotwin {
 
-namespace {
-
-/// By time, then by robot: the order in which inboxes fill depends on nothing else.
-bool is_before(const Emission &a, const Emission &b) {
-    return a.at != b.at ? a.at < b.at : a.robot < b.robot;
-}
-
-}  // namespace
-
 IdealChannel::IdealChannel(const Settings &settings, const ChannelContext &context)
     : Channel(context),
       range_m_(settings.range_m),
@@ -56,17 +47,17 @@ void IdealChannel::run(Cycles begin, Cycles end, Cycles /*limit*/) {
     begin_step(begin, end);
     for (; next_from_above() < end; from_above_.pop_front()) {
         const FromAbove &frame = from_above_.front();
-        for (auto &robot : context_.robots) {
-            if (!is_covered(robot.index(), frame.controller) || robot.is_deaf()) continue;
+        for (uint32_t slot = 0; slot < context_.robots.size(); slot++) {
+            Robot &robot = context_.robots[slot];
+            if (!is_covered(slot, frame.controller) || robot.is_deaf()) continue;
             counts_.above_reached++;
             if (trail() != nullptr) [[unlikely]]
-                trail()->arrived({Trail::Kind::ABOVE, frame.controller},
-                                 {Trail::Kind::ROBOT, robot.index()}, frame.at - FRAME_CYCLES,
-                                 frame.at, frame.message);
+                trail()->arrived({Trail::Kind::ABOVE, frame.controller}, trail()->station(slot),
+                                 frame.at - FRAME_CYCLES, frame.at, frame.message);
             robot.receive(frame.at, frame.message, {});
-            order(robot.index(), frame.at);
+            order(slot, frame.at);
             counts_.above_received++;
-            frames_of_[robot.index()].received++;
+            frames_of_[slot].received++;
         }
     }
 }
@@ -111,6 +102,7 @@ void IdealChannel::plan_frames(uint32_t robot) {
         const Cycles next = i + 1 < emissions.size() ? emissions[i + 1].at : sender.next_request;
         PlannedFrame &planned = frames.add(emissions[i].at, context_.step);
         planned.emission = emissions[i];
+        planned.emission.robot = robot;
         planned.next = next;
         sender.planned++;
     }
@@ -161,6 +153,12 @@ void IdealChannel::end_step_by_shares() {
     team.share([this](uint32_t share) { deliver_to(share); });
 }
 
+/// By time, then by robot: the order in which inboxes fill depends on nothing else.
+bool IdealChannel::is_before(const Emission &a, const Emission &b) const {
+    if (a.at != b.at) return a.at < b.at;
+    return context_.robots[a.robot].index() < context_.robots[b.robot].index();
+}
+
 /// Merges what senders of all shares have for receivers of one.
 void IdealChannel::deliver_to(uint32_t share) {
     constexpr size_t LATER = 8;
@@ -168,7 +166,7 @@ void IdealChannel::deliver_to(uint32_t share) {
     for (const Share &from : shares_)
         if (!from.on_way[share].empty()) left.emplace_back(from.on_way[share]);
     while (!left.empty()) {
-        const auto next = std::min_element(left.begin(), left.end(), [](auto &a, auto &b) {
+        const auto next = std::min_element(left.begin(), left.end(), [this](auto &a, auto &b) {
             return is_before(*a.front().emission, *b.front().emission);
         });
         const Emission *const emission = next->front().emission;
@@ -187,7 +185,7 @@ template <typename Deliver>
 void IdealChannel::send_all(std::vector<PlannedFrame> &frames, Share &share, Deliver deliver) {
     share.sorter.sort(
         frames, now_, context_.step, [](const PlannedFrame &frame) { return frame.emission.at; },
-        [](const PlannedFrame &a, const PlannedFrame &b) {
+        [this](const PlannedFrame &a, const PlannedFrame &b) {
             return is_before(a.emission, b.emission);
         });
     for (size_t i = 0; i < frames.size(); i++) {
@@ -230,7 +228,7 @@ void IdealChannel::deliver(const Emission &emission, const Receiver &receiver,
     if (robot.is_deaf()) return;
     const Cycles at = received_at(emission.at);
     if (trail() != nullptr) [[unlikely]]
-        trail()->arrived({Trail::Kind::ROBOT, emission.robot}, {Trail::Kind::ROBOT, receiver.robot},
+        trail()->arrived(trail()->station(emission.robot), trail()->station(receiver.robot),
                          emission.at, at, emission.message);
     auto gain = static_cast<int16_t>(std::min<uint16_t>(receiver.distance_mm, INT16_MAX));
     robot.receive(at, emission.message, {gain, gain});
@@ -243,7 +241,7 @@ void IdealChannel::deliver(uint32_t robot, Trail::Station from, Cycles begin,
                            const message_t &message, int16_t distance_mm) {
     if (context_.robots[robot].is_deaf()) return;
     if (trail() != nullptr) [[unlikely]]
-        trail()->arrived(from, {Trail::Kind::ROBOT, robot}, begin, received_at(begin), message);
+        trail()->arrived(from, trail()->station(robot), begin, received_at(begin), message);
     context_.robots[robot].receive(received_at(begin), message, {distance_mm, distance_mm});
     frames_of_[robot].received++;
     counts_.received++;

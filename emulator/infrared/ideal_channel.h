@@ -93,6 +93,7 @@ class IdealChannel final : public Channel {
     void prefetch_after(const std::vector<PlannedFrame> &frames, size_t i) const;
     void end_step_in_order();  ///< all frames of the step, one after the other
     void end_step_by_shares();
+    bool is_before(const Emission &a, const Emission &b) const;
     void deliver_to(uint32_t share);
     template <typename Deliver>
     void send_all(std::vector<PlannedFrame> &frames, Share &share, Deliver deliver);

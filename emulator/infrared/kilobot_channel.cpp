@@ -26,7 +26,8 @@ KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &c
     const auto robots = static_cast<uint32_t>(context.robots.size());
     for (uint32_t robot = 0; robot < robots; robot++) {
         const double spread =
-            std::clamp(context.chance.normal(robot, Purpose::RANGE, 0), -RANGE_LIMIT, RANGE_LIMIT);
+            std::clamp(context.chance.normal(context.robots[robot].index(), Purpose::RANGE, 0),
+                       -RANGE_LIMIT, RANGE_LIMIT);
         ranges_m_.push_back(
             static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
         in_flight_.station(robot).heeds_light = context.robots[robot].heeds_light();

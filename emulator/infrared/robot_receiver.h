@@ -52,8 +52,8 @@ class RobotReceiver {
     /// those from above are none: they have numbers of their own.
     bool is_lost(const Frame &frame, const Reached &reached, uint64_t draw) const {
         if (frame.above > 0)
-            return chance_.uniform(reached.station, Purpose::OVERHEAD_LOSS, frame.above) <
-                   settings_.overhead_loss;
+            return chance_.uniform(robots_[reached.station].index(), Purpose::OVERHEAD_LOSS,
+                                   frame.above) < settings_.overhead_loss;
         return is_lost(reached.station, reached.distance_mm, frame.range_m, draw);
     }
     /// The same of a frame that is not from above.
@@ -61,7 +61,7 @@ class RobotReceiver {
         const double share = distance_mm / 1000 / range_m;
         const double loss = settings_.loss + (settings_.loss_at_range - settings_.loss) * share *
                                                  share * share * share;
-        return chance_.uniform(robot, Purpose::FRAME_LOSS, draw) < loss;
+        return chance_.uniform(robots_[robot].index(), Purpose::FRAME_LOSS, draw) < loss;
     }
 
     /// The readings of a robot's converter for the frame's leader, noise included.
@@ -73,7 +73,8 @@ class RobotReceiver {
     distance_measurement_t measure(uint32_t robot, float true_mm, uint64_t draw) const {
         std::array<double, 2> noise = {0, 0};
         if (settings_.gain_noise_lsb > 0)
-            noise = pairs_.draw(robot, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
+            noise =
+                pairs_.draw(robots_[robot].index(), {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
         const Receiver &receiver = receivers_[robot];
         const double distance_mm = true_mm + static_cast<double>(receiver.error_mm);
         const double low_lsb = settings_.gain_noise_lsb * noise[0],
@@ -98,7 +99,7 @@ class RobotReceiver {
         constexpr double LIMIT = 3;
         if (settings_.distance_error_mm == 0) return 0;
         if (robots_[robot].calibration().gains.are_measured()) return 0;
-        const double drawn = chance_.normal(robot, Purpose::DISTANCE_ERROR, 0);
+        const double drawn = chance_.normal(robots_[robot].index(), Purpose::DISTANCE_ERROR, 0);
         return settings_.distance_error_mm * std::clamp(drawn, -LIMIT, LIMIT);
     }
 

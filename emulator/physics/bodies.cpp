@@ -30,16 +30,16 @@ std::vector<Object> objects_of(const std::vector<PlacedObject> &placed) {
 
 }  // namespace
 
-Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Team &team,
-               Cycles step, Cycles begin, const std::vector<Pose> &poses, double reach_m,
-               const std::vector<PlacedObject> &objects)
+Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance, const Slots &slots,
+               Team &team, Cycles step, Cycles begin, const std::vector<Pose> &poses,
+               double reach_m, const std::vector<PlacedObject> &objects)
     : arena_(arena),
       team_(team),
       radius_m_(profile.radius_m),
       margin_m_(CONTACT_MARGIN * profile.radius_m),
       step_(step),
       now_(begin),
-      chassis_(profile, chance, poses.size()),
+      chassis_(profile, chance, slots),
       fastest_m_s_(PUSHED_SPEED * chassis_.fastest_m_s()),
       contact_gap_m_(2 * fastest_m_s_ * seconds(step) + margin_m_),
       unlisted_for_(whole_steps(

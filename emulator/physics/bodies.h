@@ -24,6 +24,7 @@
 #include "base/motor_command.h"
 #include "base/prefetch.h"
 #include "base/selection.h"
+#include "base/slots.h"
 #include "base/team.h"
 #include "physics/arena.h"
 #include "physics/chassis.h"
@@ -37,11 +38,11 @@ namespace kilotwin {
 
 class Bodies {
   public:
-    /// Robots that stand at `poses` when the first step begins, at `begin`; steps last `step`
-    /// cycles, 1, 2 or 4 ticks. Neighbour lists reach `reach_m` at least, and never less than a
-    /// contact does. `arena`, `chance` and `team` must outlive this.
-    Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Team &team,
-           Cycles step, Cycles begin, const std::vector<Pose> &poses, double reach_m,
+    /// Robots that stand at `poses`, by slot, when the first step begins, at `begin`; steps last
+    /// `step` cycles, 1, 2 or 4 ticks. Neighbour lists reach `reach_m` at least, and never less than a
+    /// contact does. `arena`, `chance`, `slots` and `team` must outlive this.
+    Bodies(const Arena &arena, const Profile &profile, const Chance &chance, const Slots &slots,
+           Team &team, Cycles step, Cycles begin, const std::vector<Pose> &poses, double reach_m,
            const std::vector<PlacedObject> &objects = {});
 
     /// Orders duties of a robot's motors from `command.at` on. Calls come in order of time for each

@@ -20,8 +20,9 @@ double limited(double normal) { return std::clamp(normal, -SPREAD_LIMIT, SPREAD_
 
 }  // namespace
 
-Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
+Chassis::Chassis(const Profile &profile, const Chance &chance, const Slots &slots)
     : profile_(profile),
+      slots_(slots),
       pairs_(chance),
       fastest_share_(FASTER_THAN_CALIBRATED),
       fastest_m_s_(profile.speed_m_s),
@@ -30,7 +31,7 @@ Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
                      {{double(profile.straight_left), double(profile.straight_right)},
                       profile.speed_m_s / (2 * LEG_ASIDE * profile.radius_m)}}},
       leg_m_(LEG_ASIDE * profile.radius_m, LEG_BEHIND * profile.radius_m),
-      motors_(robots) {
+      motors_(slots.size()) {
     if (!profile.legs) return;
     // Straight on, or the centre's way round the far leg.
     const double turning =
@@ -38,13 +39,14 @@ Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
     const bool varies = profile.speed_spread + profile.bias_spread + profile.motor_noise > 0;
     if (varies) fastest_share_ = FASTEST;
     fastest_m_s_ = std::max(profile.speed_m_s, turning) * fastest_share_;
-    for (uint32_t robot = 0; robot < robots; robot++) {
+    for (uint32_t robot = 0; robot < slots.size(); robot++) {
+        const uint32_t index = slots.index_in(robot);
         auto &motors = motors_[robot];
         motors.speed = static_cast<float>(std::max(
-            1 + profile.speed_spread * limited(chance.normal(robot, Purpose::SPEED, 0)), 0.1));
+            1 + profile.speed_spread * limited(chance.normal(index, Purpose::SPEED, 0)), 0.1));
         auto share = [&](Purpose purpose) {
             return static_cast<float>(1 + profile.bias_spread *
-                                              limited(chance.normal(robot, purpose, 0)));
+                                              limited(chance.normal(index, purpose, 0)));
         };
         motors.share = {share(Purpose::LEFT_BIAS), share(Purpose::RIGHT_BIAS)};
         draw_noise(robot);
@@ -54,8 +56,8 @@ Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
 void Chassis::draw_noise(uint32_t robot) {
     if (profile_.motor_noise == 0) return;
     auto &motors = motors_[robot];
-    const auto normals =
-        pairs_.draw(robot, {Purpose::LEFT_NOISE, Purpose::RIGHT_NOISE}, motors.noise_draws);
+    const auto normals = pairs_.draw(
+        slots_.index_in(robot), {Purpose::LEFT_NOISE, Purpose::RIGHT_NOISE}, motors.noise_draws);
     auto wobble = [&](double normal) {
         return static_cast<float>(1 + profile_.motor_noise * limited(normal));
     };

@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "base/normal_pairs.h"
 #include "base/prefetch.h"
+#include "base/slots.h"
 #include "physics/motion.h"
 #include "physics/motor_pair.h"
 
@@ -39,8 +40,8 @@ struct Profile {
 
 class Chassis {
   public:
-    /// Draws what distinguishes each robot. `chance` must outlive this.
-    Chassis(const Profile &profile, const Chance &chance, size_t robots);
+    /// Draws what distinguishes each robot. `chance` and `slots` must outlive this.
+    Chassis(const Profile &profile, const Chance &chance, const Slots &slots);
 
     /// Sets the duties, 0 to 255, of both motors of `robot` from `at` on. Returns the drive that
     /// results. Calls come in order of time for each robot.
@@ -88,6 +89,7 @@ class Chassis {
     void draw_noise(uint32_t robot);
 
     Profile profile_;
+    const Slots &slots_;
     NormalPairs pairs_;     ///< noise of both motors is drawn at once
     double fastest_share_;  ///< limit of a motor, share of its calibrated speed
     double fastest_m_s_;

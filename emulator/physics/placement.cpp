@@ -126,4 +126,41 @@ std::vector<PlacedObject> place_objects(const std::vector<ObjectDef> &objects,
     return placed;
 }
 
+namespace {
+
+/// The lower half of the bits, each one bit apart.
+uint64_t spread(uint64_t bits) {
+    bits = (bits | bits << 16) & 0x0000'FFFF'0000'FFFF;
+    bits = (bits | bits << 8) & 0x00FF'00FF'00FF'00FF;
+    bits = (bits | bits << 4) & 0x0F0F'0F0F'0F0F'0F0F;
+    bits = (bits | bits << 2) & 0x3333'3333'3333'3333;
+    return (bits | bits << 1) & 0x5555'5555'5555'5555;
+}
+
+}  // namespace
+
+std::vector<uint32_t> by_place(const std::vector<Pose> &poses) {
+    constexpr double SQUARE_M = 0.2;
+    Eigen::Vector2d low(INFINITY, INFINITY);
+    for (const Pose &pose : poses) low = low.cwiseMin(pose.position);
+    struct Place {
+        uint64_t square;
+        uint32_t index;
+    };
+    std::vector<Place> places;
+    places.reserve(poses.size());
+    for (uint32_t index = 0; index < poses.size(); index++) {
+        const Eigen::Vector2d way = (poses[index].position - low) / SQUARE_M;
+        auto count = [](double squares) { return spread(static_cast<uint32_t>(squares)); };
+        places.push_back({count(way.x()) | count(way.y()) << 1, index});
+    }
+    std::sort(places.begin(), places.end(), [](const Place &a, const Place &b) {
+        return a.square != b.square ? a.square < b.square : a.index < b.index;
+    });
+    std::vector<uint32_t> order;
+    order.reserve(places.size());
+    for (const Place &place : places) order.push_back(place.index);
+    return order;
+}
+
 }  // namespace kilotwin

@@ -2,6 +2,7 @@
 #ifndef KILOTWIN_PHYSICS_PLACEMENT_H
 #define KILOTWIN_PHYSICS_PLACEMENT_H
 
+#include <cstdint>
 #include <vector>
 
 #include "base/chance.h"
@@ -25,6 +26,11 @@ void place_uniformly(std::vector<Pose> &poses, size_t count, const Arena &arena,
 std::vector<PlacedObject> place_objects(const std::vector<ObjectDef> &objects,
                                         const std::vector<Pose> &robots, const Arena &arena,
                                         double radius_m, const Chance &chance);
+
+/// Indices of robots along a curve that goes through all small squares of the table, one quarter
+/// after the other (Morton's order): robots near each other come soon after each other. In a square
+/// they come by index. O(n log n).
+std::vector<uint32_t> by_place(const std::vector<Pose> &poses);
 
 }  // namespace kilotwin
 

@@ -37,7 +37,7 @@ struct Reception {
 /// A frame that a robot sends.
 struct Emission {
     Cycles at;       ///< begin of the frame
-    uint32_t robot;  ///< index
+    uint32_t robot;  ///< index; in lists of a channel, its slot
     message_t message;
 };
 
@@ -136,7 +136,7 @@ struct RobotRecord : GuestTime {
     /// Until then only ticks pass: nothing else of its program need be looked at, and a translated
     /// one executes nothing (translated/rest.cpp). 0 when the program may have changed that.
     Cycles only_ticks_until = 0;
-    uint32_t index;
+    uint32_t index;  ///< in the experiment (base/slots.h)
     Life life : 2 = Life::OFF;
     Question question : 2 = Question::NONE;
     bool arbitrated : 1 = false;   ///< the channel decides, by answer

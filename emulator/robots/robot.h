@@ -200,7 +200,7 @@ class alignas(64) Robot {
     Cycles next_message() const { return record_.next_message; }
 
     // Identity and state, for reading at any time.
-    uint32_t index() const { return record_.index; }
+    uint32_t index() const { return record_.index; }  ///< in the experiment
     uint16_t uid() const { return record_.calibration.uid; }
     /// RGB() value shown at `at`, the time run up to.
     uint8_t color(Cycles at) const { return driver().color(record_, at); }

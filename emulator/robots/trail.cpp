@@ -19,19 +19,20 @@ Trail::Bytes bytes_of(const message_t &message) {
 
 }  // namespace
 
-Trail::Trail(uint32_t robots, uint32_t beacons, uint32_t cells, size_t capacity)
-    : beacons_from_(robots),
-      cells_from_(robots + beacons),
-      above_from_(robots + beacons + cells),
+Trail::Trail(const Slots &slots, uint32_t beacons, uint32_t cells, size_t capacity)
+    : slots_(slots),
+      beacons_from_(static_cast<uint32_t>(slots.size())),
+      cells_from_(beacons_from_ + beacons),
+      above_from_(cells_from_ + cells),
       capacity_(capacity),
-      robots_(robots) {}
+      robots_(slots.size()) {}
 
 void Trail::draws(uint32_t robot, std::vector<std::pair<uint32_t, uint32_t>> extents) {
     robots_[robot].draws = std::move(extents);
 }
 
 Trail::Station Trail::station(uint32_t number) const {
-    if (number < beacons_from_) return {Kind::ROBOT, number};
+    if (number < beacons_from_) return {Kind::ROBOT, slots_.index_in(number)};
     if (number < cells_from_) return {Kind::BEACON, number - beacons_from_};
     if (number < above_from_) return {Kind::CELL, number - cells_from_};
     return {Kind::ABOVE, number - above_from_};

@@ -18,6 +18,7 @@
 
 #include "base/clock.h"
 #include "base/events.h"
+#include "base/slots.h"
 #include "message.h"
 
 namespace kilotwin {
@@ -86,8 +87,9 @@ class Trail {
         During during;
     };
 
-    /// `cells` and `beacons` as stations are numbered behind `robots` (simulation/creation.cpp).
-    Trail(uint32_t robots, uint32_t beacons, uint32_t cells, size_t capacity);
+    /// `cells` and `beacons` as stations are numbered behind robots (simulation/creation.cpp), which
+    /// have their slots. `slots` must live on.
+    Trail(const Slots &slots, uint32_t beacons, uint32_t cells, size_t capacity);
 
     /// Byte addresses of code that draws random numbers: [begin, end), of one robot.
     void draws(uint32_t robot, std::vector<std::pair<uint32_t, uint32_t>> extents);
@@ -150,6 +152,7 @@ class Trail {
     Write write_of(OfRobot &of, uint32_t robot, const Moment &moment, const CodePath &code);
     uint32_t number_of(const CodePath &code);
 
+    const Slots &slots_;
     uint32_t beacons_from_, cells_from_, above_from_;
     Closely closely_;
     size_t capacity_;

@@ -81,7 +81,7 @@ Simulation::Simulation(const SimulationDef &def)
       bodies_(create_bodies(create_robots())),
       floor_(def.floor, run_at_, step_, def_.arena, def.profile.radius_m, bodies_),
       wake_(robots_.size(), 0) {
-    for (const RobotFault &fault : def.faults) index_of(fault.robot);
+    for (const RobotFault &fault : def.faults) slot_of(fault.robot);
     if (def.grid)
         grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_, def.run_ahead,
                       create_module_driver(*def.grid));
@@ -152,21 +152,40 @@ Simulation::Places Simulation::create_robots() {
     if (poses.empty()) throw EngineError("there is no robot");
     if (!def_.lab.empty() && def_.lab.size() != poses.size())
         throw EngineError("a lab has as many robots as there are, or none");
-    robots_.reserve(poses.size());
-    uint32_t index = 0;
+    slots_ = slots_for(poses);
+    std::vector<uint32_t> first;                           // robot of each group
+    std::vector<std::shared_ptr<const FlashImage>> flash;  // of each group; null: not on boards
+    uint32_t robots = 0;
     for (const auto &group : def_.groups) {
-        const auto flash = is_on_board(group.tier) ? robots_image(group.program) : nullptr;
-        drivers_.push_back(make_driver(group, index));
-        for (size_t i = 0; i < group.count; i++, index++) {
-            auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
-                                                static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
-            RobotContext &context = shares_[team_.share_of(index, poses.size())].context;
-            robots_.emplace_back(context, *drivers_.back(), index, calibrate(index), power_up);
-            if (flash) boards_.add(index, *flash, power_up);
-            robots_.back().set_light(def_.light.at(poses[index].position, def_.arena));
-        }
+        first.push_back(robots);
+        flash.push_back(is_on_board(group.tier) ? robots_image(group.program) : nullptr);
+        drivers_.push_back(make_driver(group, robots));
+        robots += static_cast<uint32_t>(group.count);
     }
-    return {poses, objects};
+    Places places = {{}, objects};
+    robots_.reserve(poses.size());
+    for (uint32_t slot = 0; slot < poses.size(); slot++) {
+        const uint32_t index = slots_.index_in(slot);
+        const auto next = std::upper_bound(first.begin(), first.end(), index);
+        const auto group = static_cast<size_t>(next - first.begin()) - 1;
+        auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
+                                            static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
+        RobotContext &context = shares_[team_.share_of(slot, poses.size())].context;
+        robots_.emplace_back(context, *drivers_[group], index, calibrate(index), power_up);
+        if (flash[group]) boards_.add(slot, *flash[group], power_up);
+        robots_.back().set_light(def_.light.at(poses[index].position, def_.arena));
+        places.poses.push_back(poses[index]);
+    }
+    return places;
+}
+
+// Boards are few, and refer to one another by index.
+Slots Simulation::slots_for(const std::vector<Pose> &poses) const {
+    const bool has_boards =
+        std::any_of(def_.groups.begin(), def_.groups.end(),
+                    [](const SimulationDef::Group &group) { return is_on_board(group.tier); });
+    const bool by_their_place = !has_boards && poses.size() >= def_.kept_by_place_from;
+    return by_their_place ? Slots(by_place(poses)) : Slots(poses.size());
 }
 
 // Robots of a group share a program. `first` is the first robot of the group, for events.
@@ -232,7 +251,7 @@ Bodies Simulation::create_bodies(const Places &places) {
     // A robot hides others that are within reach even where its centre is not.
     const double hides_m = !def_.kilobot_medium && def_.line_of_sight ? radius : 0;
     const double senses_m = def_.floor ? 2 * radius + def_.floor->obstacle_m : 0;
-    return Bodies(def_.arena, def_.profile, chance_, team_, step_, start_, places.poses,
+    return Bodies(def_.arena, def_.profile, chance_, slots_, team_, step_, start_, places.poses,
                   std::max(reach_m + hides_m, senses_m), places.objects);
 }
 

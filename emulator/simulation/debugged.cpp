@@ -10,14 +10,14 @@ namespace kilotwin {
 
 void Simulation::hold(const std::vector<uint32_t> &robots,
                       std::function<void(const Debugging::Stop &)> on_stop) {
-    for (const uint32_t robot : robots) robots_[index_of(robot)].begin_hold();
+    for (const uint32_t robot : robots) robots_[slot_of(robot)].begin_hold();
     debugging_ = std::make_unique<Debugging>(size(), std::move(on_stop));
     for (const uint32_t robot : robots) debugging_->hold(robot);
     for (Share &share : shares_) share.context.debugging = debugging_.get();
 }
 
 void Simulation::note_written(uint32_t robot) {
-    Robot &noted = robots_[index_of(robot)];
+    Robot &noted = robots_[slot_of(robot)];
     noted.begin_hold();
     written_ = std::make_unique<WrittenBytes>(robot, noted.standing().data);
     for (Share &share : shares_) share.context.written = written_.get();
@@ -45,7 +45,7 @@ std::optional<Debugging::Found> Simulation::found() const {
 }
 
 Driver::Standing Simulation::standing(uint32_t robot) const {
-    Driver::Standing now = robots_[index_of(robot)].standing();
+    Driver::Standing now = robots_[slot_of(robot)].standing();
     if (!debugging_ || !debugging_->standing()) return now;
     const Debugging::Stop &stop = *debugging_->standing();
     if (stop.place.robot != robot) return now;
@@ -55,12 +55,12 @@ Driver::Standing Simulation::standing(uint32_t robot) const {
 }
 
 Cycles Simulation::moment_of(uint32_t robot, uint64_t cycle) const {
-    return robots_[index_of(robot)].clock().world_time(cycle);
+    return robots_[slot_of(robot)].clock().world_time(cycle);
 }
 
 uint64_t Simulation::own_cycle(uint32_t robot, double at_s) const {
     const Cycles at = run_at_ + static_cast<Cycles>(at_s * double{CYCLES_PER_SECOND});
-    return robots_[index_of(robot)].clock().own_cycle(at);
+    return robots_[slot_of(robot)].clock().own_cycle(at);
 }
 
 }  // namespace kilotwin

@@ -42,10 +42,18 @@ class FloorSensing {
         return std::min(limit, std::max(around.unchanged_until, later_sensing_));
     }
 
-    /// After look(): gives a robot, which is about to be executed up to `until`, its messages.
-    void tell(Robot &robot, Cycles until) {
+    /// Whether robots sense before `end`, from the begin of the step on.
+    bool tells_before(Cycles end) const { return floor_ && next_sensing_ < end; }
+
+    /// Until when a robot may be executed, at most `limit`, without a look at what it senses then.
+    Cycles not_beyond(Cycles limit) const {
+        return floor_ ? std::min(limit, later_sensing_) : limit;
+    }
+
+    /// After look(): gives the robot in a slot, which is about to be executed up to `until`, its messages.
+    void tell(uint32_t slot, Robot &robot, Cycles until) {
         if (next_sensing_ < until)
-            floor_->tell(robot, surroundings_[robot.index()].cell, next_sensing_, until);
+            floor_->tell(robot, surroundings_[slot].cell, next_sensing_, until);
     }
 
     /// A robot's motors are ordered otherwise at `at`: what it and those around it sense may

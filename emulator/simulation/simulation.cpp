@@ -64,7 +64,8 @@ void Simulation::step(Cycles limit) {
     if (bodies_.refresh_lists()) channel_->lists_changed();
     floor_.begin_step(now_);
     sense_on_boards();
-    channel_->run(now_, end, limit);
+    tell_before_requests(end);
+    channel_->run(now_, end, floor_.not_beyond(limit));
     // Chips have been executed within run(), up to the end of the step.
     for (uint32_t robot : boards_.robots()) take_motor_commands(robot);
     run_due_robots(limit);
@@ -83,16 +84,17 @@ void Simulation::break_robots() {
 }
 
 void Simulation::break_robot(const RobotFault &fault) {
-    Robot &robot = robots_[fault.robot];
+    const uint32_t slot = slots_.slot_of(fault.robot);
+    Robot &robot = robots_[slot];
     if (robot.stopped()) return;
-    channel_->settle(fault.robot);
-    const bool on_board = boards_.has(fault.robot);
-    const uint32_t tick = on_board ? boards_.board(fault.robot).tick() : robot.last_tick();
+    channel_->settle(slot);
+    const bool on_board = boards_.has(slot);
+    const uint32_t tick = on_board ? boards_.board(slot).tick() : robot.last_tick();
     switch (fault.kind) {
     case RobotFault::Kind::DEAD:
         robot.die(now_, tick);
-        if (on_board) boards_.switch_off(fault.robot);
-        take_motor_commands(fault.robot);
+        if (on_board) boards_.switch_off(slot);
+        take_motor_commands(slot);
         break;
     case RobotFault::Kind::DEAF: robot.deafen(now_, tick); break;
     case RobotFault::Kind::RECEIVES: robot.receive_again(now_, tick); break;
@@ -100,11 +102,11 @@ void Simulation::break_robot(const RobotFault &fault) {
     case RobotFault::Kind::TRANSMITS: robot.transmit_again(now_, tick); break;
     case RobotFault::Kind::MOTORS:
         robot.report_fault(now_, tick, fault.left == 0 && fault.right == 0 ? "stuck" : "drift");
-        bodies_.scale_motors(fault.robot, fault.left, fault.right);
-        floor_.disturb(fault.robot, now_);
+        bodies_.scale_motors(slot, fault.left, fault.right);
+        floor_.disturb(slot, now_);
         break;
     }
-    channel_->failed(fault.robot);
+    channel_->failed(slot);
 }
 
 /// Hands out the commands before `until`.
@@ -115,14 +117,14 @@ void Simulation::give_commands(Cycles until) {
 
 /// Not light on the channel: no message is lost, whatever is on air.
 void Simulation::give(const Command &command, Cycles at) {
-    for (auto &robot : robots_) {
-        const uint32_t index = robot.index();
+    for (uint32_t slot = 0; slot < size(); slot++) {
+        Robot &robot = robots_[slot];
         if (!command.is_for(robot.uid())) continue;
         if (!command.is_everywhere() &&
-            (bodies_.position(index) - command.centre).norm() > command.radius_m)
+            (bodies_.position(slot) - command.centre).norm() > command.radius_m)
             continue;
         robot.receive_beside(at, command.message, Trail::Kind::COMMAND);
-        channel_->order(index, at);
+        channel_->order(slot, at);
     }
 }
 
@@ -133,26 +135,26 @@ void Simulation::shine_from_above(const message_t &message, Cycles at, uint32_t 
 }
 
 void Simulation::place(size_t robot, const Pose &pose) {
-    const uint32_t index = index_of(robot);
-    if (!bodies_.has_room(index, pose.position))
+    const uint32_t slot = slot_of(robot);
+    if (!bodies_.has_room(slot, pose.position))
         throw EngineError("robot " + std::to_string(robot) + " has no room there");
-    put(index, pose);
+    put(slot, pose);
 }
 
 void Simulation::turn(size_t robot, double heading) {
-    const uint32_t index = index_of(robot);
-    put(index, {bodies_.position(index), heading});
+    const uint32_t slot = slot_of(robot);
+    put(slot, {bodies_.position(slot), heading});
 }
 
-uint32_t Simulation::index_of(size_t robot) const {
+uint32_t Simulation::slot_of(size_t robot) const {
     if (robot >= size()) throw EngineError("there is no robot " + std::to_string(robot));
-    return static_cast<uint32_t>(robot);
+    return slots_.slot_of(static_cast<uint32_t>(robot));
 }
 
 /// A robot's surroundings are known from where it stood: bodies, lists and floor
 /// find it anew. Robots have not been run beyond now_ (advance()), so nothing they did is undone.
-void Simulation::put(uint32_t robot, const Pose &pose) {
-    bodies_.place(robot, {pose.position, wrapped(pose.heading)});
+void Simulation::put(uint32_t slot, const Pose &pose) {
+    bodies_.place(slot, {pose.position, wrapped(pose.heading)});
     floor_.look_again();
 }
 
@@ -179,7 +181,17 @@ void Simulation::sense_on_boards() {
     for (uint32_t robot : boards_.robots()) {
         robots_[robot].set_light(def_.light.at(bodies_.position(robot), def_.arena));
         floor_.look(robot, NEVER, false);
-        floor_.tell(robots_[robot], now_ + step_);
+        floor_.tell(robot, robots_[robot], now_ + step_);
+    }
+}
+
+/// The Kilobot medium executes robots up to their requests, past what the floor tells in this step.
+void Simulation::tell_before_requests(Cycles end) {
+    if (!def_.kilobot_medium || !floor_.tells_before(end)) return;
+    for (uint32_t robot = 0; robot < size(); robot++) {
+        if (wake_[robot] > now_) continue;  // executed beyond, and told
+        floor_.look(robot, NEVER, !def_.run_ahead);
+        floor_.tell(robot, robots_[robot], end);
     }
 }
 
@@ -220,7 +232,7 @@ void Simulation::run_share(Share &share) {
         const Cycles until = share.until[i];
         if (light_changes())
             robots_[robot].set_light(def_.light.at(bodies_.position(robot), def_.arena));
-        floor_.tell(robots_[robot], until);
+        floor_.tell(robot, robots_[robot], until);
         channel_->run_robot(robot, until);
         if (floor_.exists())
             wake_when_due(robot, until);
@@ -243,12 +255,12 @@ void Simulation::wake_when_due(uint32_t robot, Cycles until) {
     wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until, step_);
 }
 
-void Simulation::take_motor_commands(uint32_t index) {
-    for (const auto &command : robots_[index].motor_commands()) {
-        bodies_.command(index, {std::max(command.at, now_), command.left, command.right});
-        floor_.disturb(index, command.at);
+void Simulation::take_motor_commands(uint32_t robot) {
+    for (const auto &command : robots_[robot].motor_commands()) {
+        bodies_.command(robot, {std::max(command.at, now_), command.left, command.right});
+        floor_.disturb(robot, command.at);
     }
-    robots_[index].motor_commands().clear();
+    robots_[robot].motor_commands().clear();
 }
 
 /// Brings into the cache what run_until() needs of the robots due some turns after the i-th.
@@ -320,9 +332,10 @@ void Simulation::sample_if_due() {
 
 void Simulation::sample_into(Samples &samples, const SampleExtras &extras) const {
     samples.tick.push_back(tick());
-    for (uint32_t robot = 0; robot < robots_.size(); robot++) {
-        const Pose pose = bodies_.pose(robot);
-        samples.add_robot(pose, robots_[robot].color(now_), def_.arena.site_at(pose.position));
+    for (uint32_t index = 0; index < size(); index++) {
+        const uint32_t slot = slots_.slot_of(index);
+        const Pose pose = bodies_.pose(slot);
+        samples.add_robot(pose, robots_[slot].color(now_), def_.arena.site_at(pose.position));
     }
     for (uint32_t object = 0; object < bodies_.objects(); object++)
         samples.add_object(bodies_.object_pose(object));
@@ -332,14 +345,14 @@ void Simulation::sample_into(Samples &samples, const SampleExtras &extras) const
 // Robots have been executed up to now_, and frames counted so far.
 void Simulation::add_extras(Samples &samples, const SampleExtras &extras) const {
     if (extras.motors)
-        for (const Robot &robot : robots_)
-            samples.add_motors(robot.left_duty(), robot.right_duty());
+        for (size_t i = 0; i < size(); i++)
+            samples.add_motors(robot(i).left_duty(), robot(i).right_duty());
     if (extras.battery)
-        for (const Robot &robot : robots_) samples.add_battery(robot.voltage(now_));
+        for (size_t i = 0; i < size(); i++) samples.add_battery(robot(i).voltage(now_));
     if (!extras.messages) return;
-    const auto frames = channel_->frames();
-    for (size_t i = 0; i < robots_.size(); i++)
-        samples.add_messages(frames[i], robots_[i].delivered());
+    const auto sent_and_received = frames();
+    for (size_t i = 0; i < size(); i++)
+        samples.add_messages(sent_and_received[i], robot(i).delivered());
 }
 
 void Simulation::listen_to(std::vector<uint32_t> robots) {
@@ -350,8 +363,8 @@ void Simulation::listen_to(std::vector<uint32_t> robots) {
 
 Trail &Simulation::keep_trail(size_t capacity, bool of_code) {
     const uint32_t cells = grid_ ? grid_->layout().cells() : 0;
-    trail_ = std::make_unique<Trail>(static_cast<uint32_t>(size()),
-                                     static_cast<uint32_t>(def_.beacons.size()), cells, capacity);
+    trail_ = std::make_unique<Trail>(slots_, static_cast<uint32_t>(def_.beacons.size()), cells,
+                                     capacity);
     for (Share &share : shares_) share.context.trail = of_code ? trail_.get() : nullptr;
     return *trail_;
 }
@@ -376,6 +389,15 @@ std::vector<Heard> Simulation::heard_by(uint32_t robot) const {
     };
     heard.erase(std::unique(heard.begin(), heard.end(), twice), heard.end());
     return heard;
+}
+
+std::vector<FrameCounts> Simulation::frames() const {
+    const auto by_slot = channel_->frames();
+    std::vector<FrameCounts> counts;
+    counts.reserve(size());
+    for (uint32_t index = 0; index < size(); index++)
+        counts.push_back(by_slot[slots_.slot_of(index)]);
+    return counts;
 }
 
 Samples Simulation::take_samples() { return std::exchange(samples_, {}); }
@@ -412,8 +434,8 @@ uint64_t Simulation::result_hash() {
     ResultHash result = result_;
     result.take(events_, run_at_);
     // With the ideal medium who receives what follows from samples and counts.
-    const auto frames = def_.kilobot_medium ? channel_->frames() : std::vector<FrameCounts>{};
-    return result.value(snapshot(), channel_->counts(), frames);
+    const auto counts = def_.kilobot_medium ? frames() : std::vector<FrameCounts>{};
+    return result.value(snapshot(), channel_->counts(), counts);
 }
 
 }  // namespace kilotwin

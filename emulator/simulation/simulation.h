@@ -25,6 +25,7 @@
 #include "base/events.h"
 #include "base/memory.h"
 #include "base/prefetch.h"
+#include "base/slots.h"
 #include "base/team.h"
 #include "grid/grid.h"
 #include "infrared/beacons.h"
@@ -108,6 +109,9 @@ struct SimulationDef {
     /// That step the world, 1 to BlackBox::MOST_SHARES, or fewer where more cannot help: as many as
     /// there are robots, and one with boards. Changes no result.
     uint32_t threads = 1;
+    /// Robots are kept by place where there are so many; by index where there are fewer, or boards.
+    /// Changes no result.
+    size_t kept_by_place_from = 4000;
 };
 
 /// Numbers that a run adds up, from the begin on.
@@ -180,7 +184,9 @@ class Simulation {
     /// How many robots there are, and one of them, by index below that.
     size_t size() const { return robots_.size(); }
     size_t objects() const { return def_.objects.size(); }  ///< how many there are
-    const Robot &robot(size_t index) const { return robots_[index]; }
+    const Robot &robot(size_t index) const {
+        return robots_[slots_.slot_of(static_cast<uint32_t>(index))];
+    }
     const Boards &boards() const { return boards_; }
     /// The same, for tests and profiles.
     Boards &boards() { return boards_; }
@@ -203,7 +209,7 @@ class Simulation {
     uint64_t result_hash();
 
     /// Frames of each robot.
-    std::vector<FrameCounts> frames() const { return channel_->frames(); }
+    std::vector<FrameCounts> frames() const;
 
     /// From now on the messages that programs of these robots get are written down, if they run
     /// natively.
@@ -235,14 +241,14 @@ class Simulation {
     uint64_t own_cycle(uint32_t robot, double at_s) const;
 
     /// Seconds that a robot's motors were on so far while neither turned.
-    double hummed_s(uint32_t robot) const { return bodies_.hummed_s(robot); }
+    double hummed_s(uint32_t robot) const { return bodies_.hummed_s(slots_.slot_of(robot)); }
 
   private:
-    uint32_t index_of(size_t robot) const;       ///< EngineError if there is no such robot
-    void put(uint32_t robot, const Pose &pose);  ///< where there is room
+    uint32_t slot_of(size_t robot) const;       ///< EngineError if there is no such robot
+    void put(uint32_t slot, const Pose &pose);  ///< where there is room
 
     struct Places {
-        std::vector<Pose> poses;
+        std::vector<Pose> poses;  ///< by slot
         std::vector<PlacedObject> objects;
     };
 
@@ -261,6 +267,7 @@ class Simulation {
     static uint32_t threads_of(const SimulationDef &def);
     const RobotContext &create_shares();
     Places create_robots();
+    Slots slots_for(const std::vector<Pose> &poses) const;
     std::unique_ptr<Driver> make_driver(const SimulationDef::Group &group, uint32_t first);
     /// Differences from robot to robot: oscillator, receiver, uid.
     Calibration calibrate(uint32_t index) const;
@@ -281,6 +288,7 @@ class Simulation {
     /// Delivers a command at `at`, not earlier than now_, to the robots it is for.
     void give(const Command &command, Cycles at);
     void sense_on_boards();
+    void tell_before_requests(Cycles end);
     void run_due_robots(Cycles limit);
     void find_due(Share &share, size_t begin, size_t end, Cycles limit);
     void run_share(Share &share);
@@ -294,7 +302,7 @@ class Simulation {
     bool notes_in_order() const;
     void gather_events();
     /// Hands what a robot has ordered of its motors to the bodies and the floor.
-    void take_motor_commands(uint32_t index);
+    void take_motor_commands(uint32_t robot);
     bool light_changes() const { return !def_.light.is_even(); }
     void shine_on_robots();  ///< the light of the definition, at once
     /// Not where light depends on the place: how long a robot will stay where it is is not known.
@@ -318,11 +326,12 @@ class Simulation {
     Listening listening_;
     Team team_;
     std::deque<Share> shares_;
+    Slots slots_{0};                                   ///< of all robots, once they are created
     std::unique_ptr<Trail> trail_;                     ///< null: none is kept
     std::unique_ptr<Debugging> debugging_;             ///< null until a robot is held
     std::unique_ptr<WrittenBytes> written_;            ///< null: none are noted
     std::vector<std::unique_ptr<Driver>> drivers_;     ///< by group
-    Swarm<Robot> robots_;                              ///< by index; those on boards too
+    Swarm<Robot> robots_;                              ///< by slot; those on boards too
     Boards boards_;                                    ///< empty without chips
     Schedule<Command> commands_;                       ///< of the definition, those to come
     Schedule<RobotFault> faults_;                      ///< likewise
@@ -333,7 +342,7 @@ class Simulation {
     std::unique_ptr<Channel> channel_;                 ///< the medium
     std::vector<std::unique_ptr<Stations>> stations_;  ///< but for robots as guests
 
-    Swarm<Cycles> wake_;  ///< by robot: the begin of the step in which it next is due
+    Swarm<Cycles> wake_;  ///< by slot: the begin of the step in which it next is due
     Samples samples_;     ///< since the last take_samples()
     ResultHash result_;   ///< of all samples, and of events that were taken
     uint64_t steps_ = 0;  ///< world steps so far

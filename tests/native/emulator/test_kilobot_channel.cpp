@@ -169,7 +169,8 @@ TEST_CASE("each of as many kinds of stations as can be numbered speaks for its o
     const Arena arena = square_hall(1);
     const Chance chance(1);
     Team team;
-    Bodies bodies(arena, small_robot(), chance, team, ticks(1), 0, {}, 0.1);
+    const Slots slots(0);
+    Bodies bodies(arena, small_robot(), chance, slots, team, ticks(1), 0, {}, 0.1);
     Swarm<Robot> robots;
     const std::vector<Region> overhead;
     const std::unique_ptr<Trail> no_trail;

@@ -16,9 +16,10 @@ namespace test_motion {
 namespace {
 
 const Chance LUCK(1);
+const Slots ALONE(1);
 
 Drive wheels(const Profile &profile, uint8_t left, uint8_t right) {
-    return Chassis(profile, LUCK, 1).set_duties(0, 0, left, right);
+    return Chassis(profile, LUCK, ALONE).set_duties(0, 0, left, right);
 }
 
 Profile kilobot() {
@@ -50,7 +51,7 @@ TEST_CASE("one wheel turns on the spot: the left motor counter-clockwise") {
 
 TEST_CASE("legs start after a kick of 15 ms at full duty, and not without one") {
     for (bool kicked : {false, true}) {
-        Chassis chassis(kilobot(), LUCK, 1);
+        Chassis chassis(kilobot(), LUCK, ALONE);
         Cycles at = 1000;
         if (kicked) chassis.set_duties(0, at, 255, 255);
         Drive drive = chassis.set_duties(0, at + KICK, 65, 65);
@@ -59,16 +60,16 @@ TEST_CASE("legs start after a kick of 15 ms at full duty, and not without one") 
         CHECK(chassis.set_duties(0, at + 2 * KICK, 0, 0).at_rest());
         CHECK(chassis.set_duties(0, at + 3 * KICK, 65, 65).at_rest());
     }
-    Chassis hasty(kilobot(), LUCK, 1);
+    Chassis hasty(kilobot(), LUCK, ALONE);
     hasty.set_duties(0, 0, 255, 255);
     CHECK(hasty.set_duties(0, KICK / 3, 65, 65).at_rest());
     Profile easy = kilobot();
     easy.kick_needed = false;
-    CHECK_FALSE(Chassis(easy, LUCK, 1).set_duties(0, 0, 65, 65).at_rest());
+    CHECK_FALSE(Chassis(easy, LUCK, ALONE).set_duties(0, 0, 65, 65).at_rest());
 }
 
 TEST_CASE("a kick counts for each motor, though a chip writes one register after the other") {
-    Chassis chassis(kilobot(), LUCK, 1);
+    Chassis chassis(kilobot(), LUCK, ALONE);
     chassis.set_duties(0, 0, 255, 0);
     chassis.set_duties(0, 3, 255, 255);
     chassis.set_duties(0, KICK, 65, 255);
@@ -78,7 +79,7 @@ TEST_CASE("a kick counts for each motor, though a chip writes one register after
 }
 
 TEST_CASE("motors that are on and do not turn are summed up") {
-    Chassis chassis(kilobot(), LUCK, 1);
+    Chassis chassis(kilobot(), LUCK, ALONE);
     const Cycles second = CYCLES_PER_SECOND;
     chassis.set_duties(0, second, 65, 0);
     CHECK(chassis.hummed_s(0, 3 * second) == doctest::Approx(2));
@@ -94,7 +95,7 @@ TEST_CASE("one motor turns a robot on legs about the rear leg on the side it tur
     Profile profile = kilobot();
     profile.kick_needed = false;
     for (bool left : {true, false}) {
-        Chassis chassis(profile, LUCK, 1);
+        Chassis chassis(profile, LUCK, ALONE);
         Trajectory way(0, {{0.3, 0.2}, 0.7});
         way.change(0, chassis.set_duties(0, 0, left ? 70 : 0, left ? 0 : 70));
         CHECK(way.drive().turn == doctest::Approx(left ? 0.785 : -0.785));
@@ -114,7 +115,8 @@ TEST_CASE("robots on legs differ, each in its own way and for good") {
     profile.speed_spread = 0.12;
     profile.bias_spread = 0.05;
     constexpr uint32_t COUNT = 2000;
-    Chassis chassis(profile, LUCK, COUNT);
+    const Slots slots(COUNT);
+    Chassis chassis(profile, LUCK, slots);
     double sum = 0, squares = 0;
     for (uint32_t i = 0; i < COUNT; i++) {
         Drive drive = chassis.set_duties(i, 0, 65, 65);
@@ -135,7 +137,7 @@ TEST_CASE("motor noise is drawn anew each second while a motor turns, and at no 
     Profile profile = kilobot();
     profile.kick_needed = false;
     profile.motor_noise = 0.05;
-    Chassis chassis(profile, LUCK, 1);
+    Chassis chassis(profile, LUCK, ALONE);
     CHECK(chassis.next_renewal(0) == NEVER);
     Drive first = chassis.set_duties(0, ticks(3), 65, 65);
     CHECK(chassis.next_renewal(0) == ticks(3) + CYCLES_PER_SECOND);

@@ -187,6 +187,15 @@ TEST_CASE("the Kilobot medium: run ahead, tick by tick, in chunks and by threads
     }
 }
 
+TEST_CASE("the Kilobot medium and a floor: all ways give the same") {
+    for (uint64_t seed = 31; seed <= 34; seed++) {
+        CAPTURE(seed);
+        Scene scene = crowd_on_kilobot_medium(seed);
+        scene.def.floor = floor_settings();
+        check_all_ways(scene, 1500);
+    }
+}
+
 TEST_CASE(
     "programs that never send: run ahead, tick by tick, in chunks and by threads give the same") {
     for (uint64_t seed = 71; seed <= 73; seed++) {

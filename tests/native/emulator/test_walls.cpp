@@ -244,7 +244,8 @@ double walk_at_random(const Arena &arena, double speed_m_s, uint32_t step_ticks,
     place_uniformly(poses, ROBOTS, arena, RADIUS, chance);
     const Cycles step = ticks(step_ticks);
     Team team;
-    Bodies bodies(arena, profile, chance, team, step, 0, poses, 0.3);
+    const Slots slots(poses.size());
+    Bodies bodies(arena, profile, chance, slots, team, step, 0, poses, 0.3);
     Dice dice(12);
     Cycles now = 0;
     for (double done = 0; done < robot_steps; done += ROBOTS, now += step) {
@@ -276,7 +277,8 @@ TEST_CASE("a robot that stops just before a step ends is stopped by what it drov
     arena.build_walls(true, REACH);
     const Chance chance(1);
     Team team;
-    Bodies bodies(arena, profile, chance, team, step, 0, {{{2 - RADIUS - 0.1, 0}, 0}}, 0.3);
+    const Slots slots(1);
+    Bodies bodies(arena, profile, chance, slots, team, step, 0, {{{2 - RADIUS - 0.1, 0}, 0}}, 0.3);
     bodies.command(0, {0, 70, 70});
     bodies.command(0, {step - step / 100, 0, 0});
     bodies.refresh_lists();
