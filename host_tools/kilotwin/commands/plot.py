@@ -48,6 +48,7 @@ def _option(name: str, metavar: str, text: str) -> Any:
     "  kilotwin plot map runs/my-run -o map.png\n\n"
     "  kilotwin plot states runs/my-run -o states.pdf\n\n"
     "  kilotwin plot video runs/my-run -o run.mp4 --speed 100 --trails\n\n"
+    "  kilotwin plot video runs/my-run -o far.gif --zoom 0.5\n\n"
     "  kilotwin plot curve runs/my-run --metric spread -o spread.png\n\n"
     "  kilotwin plot curve runs/my-sweep --metric hops --by swarm.size -o hops.png\n\n"
     "  kilotwin plot effect runs/my-sweep --x swarm.size --y hops -o sizes.svg\n\n"
@@ -127,6 +128,14 @@ def plot(
         bool,
         typer.Option("--trails", help="video: where robots came from."),
     ] = False,
+    zoom_m: Annotated[
+        float | None,
+        typer.Option(
+            "--zoom",
+            metavar="M",
+            help="video: begins with so many metres around the middle, ends with all of the table.",
+        ),
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Draw a figure of a run or a sweep, or a video of a run."""
@@ -145,9 +154,9 @@ def plot(
     )
     if figure is Figure.video:
         figures.check_options(figure.value, wanted)
-        _write_video(folder, output, (speed, from_s, to_s, width, trails), quiet=quiet)
+        _write_video(folder, output, (speed, from_s, to_s, width, trails, zoom_m), quiet=quiet)
         return
-    for option, given in {"speed": speed, "from": from_s, "to": to_s}.items():
+    for option, given in {"speed": speed, "from": from_s, "to": to_s, "zoom": zoom_m}.items():
         if given is not None:
             raise InputError(f"--{option} {given:g}: for video; {figure.value} is one picture")
     if preset is not None:
@@ -160,7 +169,7 @@ def plot(
 def _write_video(
     folder: Path,
     output: Path,
-    film: tuple[float | None, float | None, float | None, int, bool],
+    film: tuple[float | None, float | None, float | None, int, bool, float | None],
     *,
     quiet: bool,
 ) -> None:

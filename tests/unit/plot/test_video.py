@@ -154,6 +154,27 @@ def test_the_same_run_gives_the_same_frames(run: Run, tmp_path: Path) -> None:
     assert (tmp_path / "one.gif").read_bytes() == (tmp_path / "two.gif").read_bytes()
 
 
+def test_a_zoom_begins_in_the_middle_and_ends_with_the_whole_table(
+    run: Run, tmp_path: Path
+) -> None:
+    write_video(run, tmp_path / "near.gif", Film(speed=20, width_px=320, zoom_m=0.5), quiet)
+    write_video(run, tmp_path / "whole.gif", Film(speed=20, width_px=320), quiet)
+    near, whole = frames(tmp_path / "near.gif"), frames(tmp_path / "whole.gif")
+    table = slice(60, 200), slice(30, 200)
+    assert (near[0][table] == near[0][100, 100]).all()  # the robots are at the lower edge
+    assert not (whole[0][table] == near[0][100, 100]).all()
+    same = [np.array_equal(*pair) for pair in zip(near, whole, strict=True)]
+    assert not any(same[: len(same) // 2])
+    assert all(same[-len(same) // 5 + 1 :])
+
+
+@pytest.mark.parametrize("zoom_m", [0, -1, 4.5])
+def test_a_zoom_that_the_table_has_no_room_for_is_refused(zoom_m: float, run: Run) -> None:
+    with pytest.raises(InputError, match=f"--zoom {zoom_m:g}: .* than the table has, 4"):
+        write_video(run, run.folder / "x.gif", Film(zoom_m=zoom_m), quiet)
+    assert not (run.folder / "x.gif").exists()
+
+
 @pytest.mark.parametrize(("suffix", "magic"), [("mp4", b"ftyp"), ("webm", b"\x1a\x45\xdf\xa3")])
 def test_a_video_is_of_the_kind_that_its_name_says(
     suffix: str, magic: bytes, run: Run, tmp_path: Path

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from kilotwin.errors import InputError, RunError, cause_of
+from kilotwin.experiment.areas import area_of
 from kilotwin.experiment.schema.profile_defaults import PROFILES
 from kilotwin.experiment.spec.objects import areas_at
 from kilotwin.experiment.states import States
@@ -34,6 +35,7 @@ from kilotwin.studies.plot.encoders import (
 )
 from kilotwin.studies.plot.labels import Label
 from kilotwin.studies.plot.map import area_patch, draw_floor, points_per_metre
+from kilotwin.studies.plot.points import RADIUS_PX, Points
 from kilotwin.studies.plot.style import draw, title
 from kilotwin.units import counted
 
@@ -44,13 +46,15 @@ _TURN = 65536
 # Colours of a GIF's 256 that states may take.
 _MOST_OF_STATES = 192
 _CLOSE = 8
+_ZOOM_SHARE = 0.8
 
 
 @dataclass(frozen=True)
 class Film:
     """Which part of a run, how fast, how large; None is all of it, in half a minute.
 
-    `speed`: simulated seconds in a second. `width_px`: of the picture, 160 to 3840.
+    `speed`: simulated seconds in a second. `width_px`: of the picture, 160 to 3840. `zoom_m`: so
+    many metres around the table's middle are seen at first, and all of it from four fifths on.
     """
 
     speed: float | None = None
@@ -58,6 +62,7 @@ class Film:
     to_s: float | None = None
     width_px: int = 960
     trails: bool = False
+    zoom_m: float | None = None
 
 
 def write_video(run: Run, target: Path, film: Film, part: Callable[[float], None]) -> str:
@@ -74,7 +79,11 @@ def write_video(run: Run, target: Path, film: Film, part: Callable[[float], None
     samples = RunSamples.of(run)
     times, speed = _times(run, samples, film)
     picture = _Picture(run, samples, film, speed)
-    frames = (picture.at(time_s) for time_s in times)
+    widening = _widening(run, film)
+    frames = (
+        picture.at(time_s, widening(share))
+        for time_s, share in zip(times, np.linspace(0, 1, len(times)), strict=True)
+    )
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with draft_of(target) as draft:
@@ -104,6 +113,27 @@ def _times(run: Run, samples: RunSamples, film: Film) -> tuple[NDArray[np.float6
     speed = film.speed or _round((last - first) / _TARGET_S)
     number = int((last - first) / speed * FRAMES_S) + 1
     return first + np.arange(number) * speed / FRAMES_S, speed
+
+
+def _widening(run: Run, film: Film) -> Callable[[float], float]:
+    """How much of the table's width is seen, up to 1, by the share of the film that is over."""
+    arena = area_of(run.experiment.arena)
+    whole_m = max(arena.width, arena.height)
+    if film.zoom_m is None:
+        return lambda _share: 1.0
+    if not 0 < film.zoom_m <= whole_m:
+        raise InputError(
+            f"--zoom {film.zoom_m:g}: name metres above 0, and no more than the table has, "
+            f"{whole_m:g}"
+        )
+    first = film.zoom_m / whole_m
+
+    def seen(share: float) -> float:
+        """By equal factors in equal times, but gently at both ends."""
+        done = min(1.0, share / _ZOOM_SHARE)
+        return float(first ** (1 - done * done * (3 - 2 * done)))
+
+    return seen
 
 
 def _round(speed: float) -> float:
@@ -182,6 +212,7 @@ class _Picture:
         draw_floor(axes, self._run.experiment, self._run.floor())
         axes.set(aspect="equal")
         axes.set_axis_off()
+        self._limits = np.array([axes.get_xlim(), axes.get_ylim()])
         # Text fits its column; in small pictures it is as small as can be read.
         scale = max(0.5, min(width_px / 720, 1), width_px / 960)
         heading = figure.text(0.03, 0.94, title(self._run), size=12 * scale, weight="bold")
@@ -203,10 +234,7 @@ class _Picture:
             counts.append(figure.text(0.78, low, widest, size=11 * scale, animated=True))
         _shrink([clock])
         _shrink(counts)
-        self._canvas.draw()  # type: ignore[no-untyped-call]
-        drawn = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
-        self._pixels: Frame = np.asarray(drawn)
-        self._still = self._pixels.copy()
+        self._look(1.0)
         self._clock = Label(clock, self._still)
         self._counts = [Label(count, self._still) for count in counts]
         box = axes.get_window_extent()
@@ -214,14 +242,33 @@ class _Picture:
             slice(height_px - round(box.y1), height_px - round(box.y0)),
             slice(round(box.x0), round(box.x1)),
         )
-        metre = points_per_metre(axes) * _DPI / 72
-        outline = min(0.6 * _DPI / 72, 0.08 * 2 * self._radius * metre)
-        lines = outline, max(outline, 0.3 * _DPI / 72)
-        self._discs = Discs(self._radius * metre, lines, _bytes_of(OUTLINE), self._colours)
         return figure
 
-    def at(self, time_s: float) -> Frame:
-        """[height, width, 4] of a time, until the next is drawn."""
+    def _look(self, part: float) -> Figure:
+        """Draws what stands still, of that part of the table's width, around its middle."""
+        self._part = part
+        middle, half = self._limits.mean(axis=1), np.ptp(self._limits, axis=1) / 2
+        self._axes.set_xlim(*(middle[0] + part * half[0] * np.array([-1, 1])))
+        self._axes.set_ylim(*(middle[1] + part * half[1] * np.array([-1, 1])))
+        self._canvas.draw()  # type: ignore[no-untyped-call]
+        drawn = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+        self._pixels: Frame = np.asarray(drawn)
+        self._still = self._pixels.copy()
+        metre = points_per_metre(self._axes) * _DPI / 72
+        outline = min(0.6 * _DPI / 72, 0.08 * 2 * self._radius * metre)
+        lines = outline, max(outline, 0.3 * _DPI / 72)
+        radius = self._radius * metre
+        self._robots: Discs | Points = (
+            Points(self._colours)
+            if radius < RADIUS_PX
+            else Discs(radius, lines, _bytes_of(OUTLINE), self._colours)
+        )
+        return self._canvas.figure
+
+    def at(self, time_s: float, part: float) -> Frame:
+        """[height, width, 4] of a time, until the next is drawn; `part` of the table's width."""
+        if part != self._part:
+            draw(lambda: self._look(part))
         number = max(0, int(np.searchsorted(self._times, time_s, side="right")) - 1)
         following = min(number + 1, len(self._times) - 1)
         if number != self._read_at:
@@ -249,7 +296,7 @@ class _Picture:
         centres = self._axes.transData.transform(np.column_stack([x, y]))
         centres[:, 1] = self._pixels.shape[0] - centres[:, 1]
         heading = _turned(read["heading_rad"], share) if "heading_rad" in read else None
-        self._discs.draw(self._pixels, centres, heading, led, self._table)
+        self._robots.draw(self._pixels, centres, heading, led, self._table)
 
     def _draw_trails(self, x: NDArray[Any], y: NDArray[Any]) -> None:
         """One line, with gaps between robots."""
