@@ -43,6 +43,7 @@ class Workload(StrEnum):
 @app.command(
     epilog="Examples:\n\n"
     "  kilotwin bench paper --repeats 5 --json\n\n"
+    "  kilotwin bench million --repeats 1\n\n"
     "  kilotwin bench walk --against ../kilotwin-before"
 )
 def bench(
@@ -68,7 +69,7 @@ def bench(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure robot-seconds per CPU-second on one core."""
+    """Measure robot-seconds per CPU-second, by one thread; a million robots by several."""
     names = [one.value for one in workloads or Workload]
     note = steps.note(quiet)
     results: list[dict[str, Any]] = []

@@ -21,6 +21,7 @@ from ..conftest import Kilotwin
 SUMMARY = {
     "robot_s_per_cpu_s": 17_000.0,
     "cpu_s": 0.5,
+    "wall_s": 0.75,
     "startup_s": 0.02,
     "simulated_s": 100.0,
     "peak_bytes": 1 << 20,
@@ -103,6 +104,20 @@ def test_of_memory_the_bytes_of_one_robot_more_are_told(
     (result,) = measured(bench, "memory")
     assert (result["robots"], result["bytes_per_robot"]) == (1_000_000, 999)
     assert result["robot_s_per_cpu_s"] is None
+
+
+def test_a_million_robots_are_stepped_by_as_many_threads_as_a_run_takes(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 1, 2})
+    results = measured(bench, "million", "--duration-s", "2")
+    assert [result["medium"] for result in results] == ["kilobot", "ideal"]
+    assert {(one["robots"], one["threads"], one["wall_s"]) for one in results} == {
+        (1_000_000, 3, 0.75)
+    }
+    assert {result["threads"] for result in measured(bench, "walk")} == {1}
+    table = bench("million", "--repeats", "1", "--quiet").stdout.splitlines()
+    assert table[1].endswith("20 ms     3        100 s      0.8 s")
 
 
 def test_there_is_a_program_for_each_thing_that_labs_programs_do() -> None:
