@@ -1,6 +1,6 @@
 """Makes pictures that README and the documents show anew, in docs/images: of a run of the paper's
 experiment map.png, timeline.png, run.gif and viewer.png; of docs/class.md class-timeline.png and
-class-map.png.
+class-map.png; of a million robots million.gif, which takes most of the half hour.
 
     .venv/bin/python -m tests.pictures
 """
@@ -17,6 +17,7 @@ from .system.conftest import KILOTWIN, ROOT, SIMPLIFIED
 IMAGES = ROOT / "docs/images"
 # As README and docs/viewer.md say beside them.
 VIDEO = ("--to", "5000", "--speed", "1000", "--width", "360")
+MILLION = ("swarm.size=1000000", "arena.width_m=50", "arena.height_m=50")
 TIME_S, ROBOT = 1500, 3
 
 
@@ -30,6 +31,7 @@ def main() -> None:
         kilotwin("plot", "video", run, "-o", IMAGES / "run.gif", *VIDEO)
         photograph(run, IMAGES / "viewer.png")
         teach(Path(scratch))
+        step_a_million(Path(scratch) / "million", IMAGES / "million.gif")
 
 
 def teach(scratch: Path) -> None:
@@ -44,6 +46,13 @@ def teach(scratch: Path) -> None:
     mute = 'faults.robot=[{kind="mute", at_s=0, share=0.5}]'
     kilotwin("run", experiment, "--set", mute, "--out", scratch / "mute")
     kilotwin("plot", "map", scratch / "mute", "-o", IMAGES / "class-map.png")
+
+
+def step_a_million(run: Path, target: Path) -> None:
+    """Waves among a million robots, by README's commands."""
+    table = (word for setting in MILLION for word in ("--set", setting))
+    kilotwin("run", "experiments/waves/waves.toml", "--out", run, *table)
+    kilotwin("plot", "video", run, "-o", target, "--zoom", "0.5", "--speed", "30", "--width", "320")
 
 
 def kilotwin(*words: Path | str) -> None:

@@ -101,7 +101,7 @@ PIECES = {
     ),
     "same-engine": Piece(
         "every build of the engine gives the same",
-        ("tests/system/test_same_engine.py",),
+        ("tests/system/test_same_engine.py", "tests/same/test_same.py"),
         40,
     ),
     "flash": Piece(
