@@ -2,6 +2,7 @@
 
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "base/errors.h"
 
@@ -58,7 +59,7 @@ void Team::hand_out(Call call, void *work) {
     while (const uint32_t busy = busy_.load(std::memory_order_acquire)) wait_while(busy_, busy);
     for (std::exception_ptr &thrown : thrown_)
         if (thrown) {
-            const std::exception_ptr first = thrown;
+            const std::exception_ptr first = std::exchange(thrown, nullptr);
             for (std::exception_ptr &one : thrown_) one = nullptr;
             std::rethrow_exception(first);
         }

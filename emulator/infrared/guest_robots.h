@@ -112,7 +112,7 @@ class GuestRobots final : public Stations {
     void find_senders(Share &share, size_t begin, size_t end);
     Cycles run_first_until(uint32_t robot) const;
     void begin_events();
-    void run_first(uint32_t robot, Cycles until);
+    void run_first(uint32_t index, Cycles until);
     void grant(Robot &robot, Cycles at, Cycles until) const;
     const Event *first_event() const;
     void schedule(const Event &event);

@@ -196,6 +196,7 @@ std::unique_ptr<Driver> Simulation::make_driver(const SimulationDef::Group &grou
         return std::make_unique<TranslatedDriver>(
             TranslatedProgram::load(group.program, group.name), group.count, team_.size());
     std::vector<Program *> programs;
+    programs.reserve(team_.size());
     for (uint32_t share = 0; share < team_.size(); share++)
         programs.push_back(&Program::load(group.program, group.name, share));
     if (const std::string handlers = programs.front()->own_handlers(); !handlers.empty())
