@@ -1,6 +1,6 @@
 """Makes pictures that README and the documents show anew, in docs/images: of a run of the paper's
 experiment map.png, timeline.png, run.gif and viewer.png; of docs/class.md class-timeline.png and
-class-map.png; of a million robots million.gif, which takes most of the half hour.
+class-map.png; of many robots waves.gif, which takes minutes.
 
     .venv/bin/python -m tests.pictures
 """
@@ -17,7 +17,7 @@ from .system.conftest import KILOTWIN, ROOT, SIMPLIFIED
 IMAGES = ROOT / "docs/images"
 # As README and docs/viewer.md say beside them.
 VIDEO = ("--to", "5000", "--speed", "1000", "--width", "360")
-MILLION = ("swarm.size=1000000", "arena.width_m=50", "arena.height_m=50")
+MANY = ("swarm.size=250000", "arena.width_m=25", "arena.height_m=25")
 TIME_S, ROBOT = 1500, 3
 
 
@@ -31,7 +31,7 @@ def main() -> None:
         kilotwin("plot", "video", run, "-o", IMAGES / "run.gif", *VIDEO)
         photograph(run, IMAGES / "viewer.png")
         teach(Path(scratch))
-        step_a_million(Path(scratch) / "million", IMAGES / "million.gif")
+        step_many(Path(scratch) / "waves", IMAGES / "waves.gif")
 
 
 def teach(scratch: Path) -> None:
@@ -48,11 +48,11 @@ def teach(scratch: Path) -> None:
     kilotwin("plot", "map", scratch / "mute", "-o", IMAGES / "class-map.png")
 
 
-def step_a_million(run: Path, target: Path) -> None:
-    """Waves among a million robots, by README's commands."""
-    table = (word for setting in MILLION for word in ("--set", setting))
+def step_many(run: Path, target: Path) -> None:
+    """Waves among many robots, by README's commands."""
+    table = (word for setting in MANY for word in ("--set", setting))
     kilotwin("run", "experiments/waves/waves.toml", "--out", run, *table)
-    kilotwin("plot", "video", run, "-o", target, "--zoom", "0.5", "--speed", "30", "--width", "320")
+    kilotwin("plot", "video", run, "-o", target, "--zoom", "0.5", "--speed", "26", "--width", "320")
 
 
 def kilotwin(*words: Path | str) -> None:
