@@ -47,6 +47,7 @@ class Team {
 
     /// From now on the caller does all shares itself, one after the other.
     void work_alone(bool alone) { alone_ = alone; }
+    bool works_alone() const { return alone_; }
 
     /// Calls work(share) for each share, and returns when all are done. What the first share in
     /// order throws is thrown.

@@ -4,6 +4,20 @@
 
 namespace kilotwin {
 
+ChannelCounts &ChannelCounts::operator+=(const ChannelCounts &more) {
+    sent += more.sent;
+    received += more.received;
+    wrong_crc += more.wrong_crc;
+    attempts_failed += more.attempts_failed;
+    collided += more.collided;
+    deaf += more.deaf;
+    lost += more.lost;
+    above_sent += more.above_sent;
+    above_received += more.above_received;
+    above_reached += more.above_reached;
+    return *this;
+}
+
 Channel::Channel(const ChannelContext &context)
     : context_(context),
       next_begin_(context.robots.size(), 0) {}

@@ -41,6 +41,8 @@ struct ChannelCounts {
     uint64_t above_sent = 0;          ///< by an overhead controller; in none of those before
     uint64_t above_received = 0;      ///< of these, at robots
     uint64_t above_reached = 0;       ///< robots that their light fell on, received or not
+
+    ChannelCounts &operator+=(const ChannelCounts &more);
 };
 
 /// Shared by a channel and the simulation; all of it must live on.

@@ -7,6 +7,7 @@
 #define KILOTWIN_INFRARED_FRAMES_IN_FLIGHT_H
 
 #include <cstdint>
+#include <mutex>
 #include <vector>
 
 #include "base/clock.h"
@@ -69,8 +70,9 @@ class FramesInFlight {
         bool is_mute = false;       ///< one whose light reaches no receiver
     };
 
-    /// No frame, and no light on any of so many stations.
-    explicit FramesInFlight(size_t stations) : stations_(stations), messages_(stations) {}
+    /// No frame, and no light on any of so many stations, which have their events in so many lanes
+    /// (infrared/lanes.h).
+    explicit FramesInFlight(size_t stations, uint32_t lanes = 1);
 
     Station &station(uint32_t station) { return stations_[station]; }
     const Station &station(uint32_t station) const { return stations_[station]; }
@@ -91,7 +93,8 @@ class FramesInFlight {
 
     /// A frame of `sender` begins at `at`, received by none so far. References to other frames do
     /// not outlive this call.
-    Frame &put_on_air(uint32_t sender, Cycles at, double range_m, const message_t &message);
+    Frame &put_on_air(uint32_t sender, Cycles at, double range_m, const message_t &message,
+                      uint32_t lane = 0);
 
     /// The light of `frame` falls on a receiver.
     void reach(Frame &frame, const Reached &reached) {
@@ -106,7 +109,10 @@ class FramesInFlight {
     void deafen(uint32_t station);
 
     /// A frame has ended or was given up. It can be read until the next one begins.
-    void take_off_air(const Frame &frame);
+    void take_off_air(const Frame &frame, uint32_t lane = 0);
+
+    /// Between two steps: what lanes have no frame in can be used by any of them.
+    void share_free();
 
     /// Brings the frame that `sender` sends into the cache, but for a long list of receivers. Reads
     /// the sender's record.
@@ -119,10 +125,22 @@ class FramesInFlight {
     void prefetch_message(uint32_t station) const { prefetch_line(&messages_[station]); }
 
   private:
+    /// Indices of frames_ to be used again by a lane.
+    struct alignas(64) Free {
+        std::vector<uint32_t> indices;
+    };
+    static constexpr size_t SOME = 16;  ///< so many frames a lane takes at once
+
+    void fetch_free(std::vector<uint32_t> &free);
+
     Swarm<Station> stations_;
     Swarm<CheckedMessage> messages_;  ///< by station
-    std::vector<Frame> frames_;       ///< but for the free ones on air: few, so they stay cached
-    std::vector<uint32_t> free_;      ///< indices of frames_ to be used again
+    /// But for the free ones on air: few, so they stay cached. Lanes that work side by side have
+    /// room for all that there may be: frames stay where they are.
+    std::vector<Frame> frames_;
+    std::vector<Free> free_;       ///< by lane
+    std::vector<uint32_t> spare_;  ///< free, of no lane
+    std::mutex fetching_;          ///< a lane adds to frames_ or takes of spare_
 };
 
 }  // namespace kilotwin

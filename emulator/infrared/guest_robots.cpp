@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/selection.h"
 #include "infrared/kilobot_channel.h"
 #include "kilolib/core/robot_query.h"
 
@@ -15,7 +16,7 @@ GuestRobots::GuestRobots(KilobotChannel &channel, const ChannelContext &context,
       receiver_(receiver),
       runs_past_requests_(runs_past_requests),
       ran_ahead_(std::move(ran_ahead)),
-      shares_(context.team.size()),
+      shares_(channel.lanes().count()),
       tentative_(context.robots, context.step) {}
 
 double GuestRobots::range_m(uint32_t robot) const { return channel_.robot_range_m(robot); }
@@ -24,12 +25,7 @@ Cycles GuestRobots::next_begin(uint32_t robot) const { return context_.robots[ro
 
 // Requests
 
-void GuestRobots::begin_requests() {
-    run_first();
-    begin_events();
-}
-
-/// First finds them, as all robots stand, then executes them.
+// First finds them, as all robots stand, then executes them.
 void GuestRobots::run_first() {
     Team &team = context_.team;
     team.share(context_.robots.size(), [this](uint32_t share, size_t begin, size_t end) {
@@ -92,55 +88,98 @@ Cycles GuestRobots::request_of(uint32_t robot) const {
     return std::max(channel_.next_begin(robot), channel_.now());
 }
 
-void GuestRobots::begin_events() {
-    FramesInFlight &in_flight = channel_.in_flight();
-    const Cycles begin = channel_.now(), end = channel_.end();
-    events_.clear();
-    next_ = 0;
-    auto request = [&](uint32_t robot, Cycles at) {
-        events_.push_back({at, What::REQUEST, robot});
-        give_turn(robot);
-    };
-    auto begin_with = [&](uint32_t robot) {
-        const auto &station = in_flight.station(robot);
-        if (station.is_tentative) {
-            const Cycles due = tentative_.due(robot);
-            const bool over = due < end && !tentative_.has_message(robot);
-            if (due >= end || (over && end_tentative_run(robot) >= end)) return;
-            if (!over) return request(robot, due);
-        }
-        if (station.frame == FramesInFlight::NONE && station.planned == 0 && station.kind == KIND &&
-            channel_.next_begin(robot) < end)
-            request(robot, request_of(robot));
-    };
-    for (const Share &share : shares_)
-        for (const uint32_t robot : share.senders) begin_with(robot);
-    auto &planned = planned_at(begin);
-    for (size_t share = 1; share < shares_.size(); share++) {
-        const auto &more = shares_[share].planned.at(begin, context_.step);
+void GuestRobots::give_later_turns() {
+    for (Share &share : shares_) share.events.move_later(later_);
+    for (const GuestEvent &event : later_) give_turn(event.number);
+}
+
+// They are all requests: a frame is scheduled by itself only for the step in which it begins.
+void GuestRobots::change_lanes() {
+    for (Share &share : shares_) share.events.move_later(later_);
+    for (const GuestEvent &event : later_) lane_of(event.number).events.put_back(event);
+    later_.clear();
+}
+
+void GuestRobots::begin_events(uint32_t lane) {
+    const Lanes &lanes = channel_.lanes();
+    Share &share = shares_[lane];
+    share.events.clear();
+    if (lane != lanes.joint()) {
+        hand_on_joined(lane);
+        for (const uint32_t robot : share.senders)
+            if (lanes.of(robot) == lane) begin_event(share, robot);
+    } else {
+        take_joined(share);
+    }
+    const auto &planned = planned_in(share);
+    for (uint32_t i = 0; i < planned.size(); i++)
+        share.events.add({planned[i].emission.at, What::BEGIN, i});
+    share.events.sort(channel_.now(), context_.step,
+                      [&](const GuestEvent &event) { return robot_of(share, event); });
+}
+
+/// Splits off the planned frames of this step that are not of a share's own lane.
+void GuestRobots::hand_on_joined(uint32_t lane) {
+    const Lanes &lanes = channel_.lanes();
+    Share &share = shares_[lane];
+    share.joined.clear();
+    if (lanes.joined().empty()) return;
+    auto &planned = planned_in(share);
+    auto is_own = [&](const PlannedFrame &frame) { return lanes.of(frame.emission.robot) == lane; };
+    const auto others = std::partition(planned.begin(), planned.end(), is_own);
+    share.joined.assign(others, planned.end());
+    planned.erase(others, planned.end());
+}
+
+/// Requests and planned frames of the joint lane: those that are in no other.
+void GuestRobots::take_joined(Share &joint) {
+    const bool is_cut = channel_.lanes().are_cut();
+    if (is_cut)
+        for (const uint32_t robot : channel_.lanes().joined()) begin_event(joint, robot);
+    auto &planned = planned_in(joint);
+    for (Share &share : shares_) {
+        if (!is_cut)
+            for (const uint32_t robot : share.senders) begin_event(joint, robot);
+        if (&share == &joint) continue;
+        const auto &more = is_cut ? share.joined : planned_in(share);
         planned.insert(planned.end(), more.begin(), more.end());
     }
-    for (uint32_t i = 0; i < planned.size(); i++)
-        events_.push_back({planned[i].emission.at, What::BEGIN, i});
-    // Frames that begin at the same time are taken by robot, however they came into the list.
-    sorter_.sort(
-        events_, begin, context_.step, [](const Event &event) { return event.at; },
-        [&](const Event &a, const Event &b) {
-            if (a.at != b.at || a.what != b.what || a.what != What::BEGIN) return b > a;
-            return planned[a.number].emission.robot < planned[b.number].emission.robot;
-        });
+}
+
+/// Adds the request of a robot, if it has one in this step and has to wait for its turn.
+void GuestRobots::begin_event(Share &share, uint32_t robot) {
+    const Cycles end = channel_.end();
+    auto request = [&](Cycles at) {
+        share.events.add({at, What::REQUEST, robot});
+        give_turn(robot);
+    };
+    const auto &station = channel_.in_flight().station(robot);
+    if (station.is_tentative) {
+        const Cycles due = tentative_.due(robot);
+        const bool over = due < end && !tentative_.has_message(robot);
+        if (due >= end || (over && end_tentative_run(robot) >= end)) return;
+        if (!over) return request(due);
+    }
+    if (station.frame == FramesInFlight::NONE && station.planned == 0 && station.kind == KIND &&
+        channel_.next_begin(robot) < end)
+        request(request_of(robot));
 }
 
 void GuestRobots::end_requests() {
-    context_.team.share([this](uint32_t share) { hand_over_all(shares_[share]); });
+    auto end_turns = [this](Share &share) {
+        for (const uint32_t robot : share.turns)
+            channel_.in_flight().station(robot).in_turn = false;
+        share.turns.clear();
+    };
+    if (channel_.lanes().count() > 1) end_turns(shares_.back());
+    context_.team.share([&](uint32_t share) {
+        hand_over_all(shares_[share]);
+        end_turns(shares_[share]);
+    });
     for (Share &share : shares_) {
         share.planned.forget(channel_.now(), context_.step);
-        channel_.tally().lost += share.counts.lost;
-        channel_.tally().received += share.counts.received;
-        share.counts = {};
+        channel_.tally() += std::exchange(share.counts, {});
     }
-    for (const uint32_t robot : turns_) channel_.in_flight().station(robot).in_turn = false;
-    turns_.clear();
 }
 
 /// A robot may be executed in its turn from now on, in this step: it gets what it has received, and
@@ -149,7 +188,7 @@ void GuestRobots::give_turn(uint32_t robot) {
     auto &station = channel_.in_flight().station(robot);
     if (station.in_turn) return;
     station.in_turn = true;
-    turns_.push_back(robot);
+    lane_of(robot).turns.push_back(robot);
     if (!station.has_arrivals) return;  // most, and a search costs all of them
     Share &share = shares_[context_.robots[robot].share()];
     auto &arrivals = share.arrivals;
@@ -190,34 +229,30 @@ void GuestRobots::hand_over(const Arrival &arrival, ChannelCounts &counts) {
                                    receiver_.measure(robot, distance_mm, draw));
 }
 
-/// Adds to the events of this step, or to those of later steps. Most come in order of time.
-void GuestRobots::schedule(const Event &event) {
-    if (event.at < channel_.end() && (events_.empty() || event > events_.back()))
-        events_.push_back(event);
-    else
-        other_events_.push(event);
+GuestRobots::Share &GuestRobots::lane_of(uint32_t robot) {
+    return shares_[channel_.lanes().of(robot)];
 }
 
-const GuestRobots::Event *GuestRobots::first_event() const {
-    const Event *first = next_ < events_.size() ? &events_[next_] : nullptr;
-    if (!other_events_.empty() && (first == nullptr || *first > other_events_.top()))
-        first = &other_events_.top();
-    return first;
+std::vector<PlannedFrame> &GuestRobots::planned_in(Share &share) {
+    return share.planned.at(channel_.now(), context_.step);
 }
 
-Cycles GuestRobots::next_event() const {
-    const Event *first = first_event();
+/// Adds to the events of a robot's lane in this step, or to those of later steps.
+void GuestRobots::schedule(uint32_t robot, const GuestEvent &event) {
+    lane_of(robot).events.schedule(event, channel_.end());
+}
+
+Cycles GuestRobots::next_event(uint32_t lane) const {
+    const GuestEvent *first = shares_[lane].events.first();
     return first != nullptr ? first->at : NEVER;
 }
 
-void GuestRobots::take_event() {
-    const Event event = turn_ = *first_event();
-    if (next_ < events_.size() && !(events_[next_] > event))
-        prefetch_after(++next_);
-    else
-        other_events_.pop();
+void GuestRobots::take_event(uint32_t lane) {
+    Share &share = shares_[lane];
+    const GuestEvent event = share.turn = share.events.take();
+    prefetch_events(share);
     if (event.what == What::REQUEST) return take_request(event.number, event.at);
-    const auto &[emission, next] = planned_at(event.at)[event.number];
+    const auto &[emission, next] = planned_in(share)[event.number];
     channel_.in_flight().station(emission.robot).planned--;
     channel_.next_begin(emission.robot) = next;
     channel_.begin_frame(emission.robot, emission.at, emission.message, true);
@@ -249,7 +284,7 @@ void GuestRobots::take_request(uint32_t index, Cycles at) {
     const auto &station = channel_.in_flight().station(index);
     const Cycles next = channel_.next_begin(index);
     if (next < channel_.end() && station.frame == FramesInFlight::NONE && station.planned == 0)
-        schedule({std::max(next, at + 1), What::REQUEST, index});
+        schedule(index, {std::max(next, at + 1), What::REQUEST, index});
 }
 
 /// Whether nothing but light can make a tentative run wrong, and none falls on it.
@@ -268,7 +303,7 @@ bool GuestRobots::run_tentatively(uint32_t index) {
     channel_.next_begin(index) = 0;  // it may be brought back, and then speak
     const Cycles due = tentative_.due(index);
     if (tentative_.has_message(index) && due < channel_.end())
-        schedule({due, What::REQUEST, index});
+        schedule(index, {due, What::REQUEST, index});
     ran_ahead_(index, due);
     return true;
 }
@@ -293,13 +328,14 @@ void GuestRobots::bring_back(uint32_t index, const Frame &frame) {
     Robot &robot = context_.robots[index];
     Cycles until = frame.begin;
     // Asked at the same time it would have had its turn before the frame's sender.
-    const bool was_asked = turn_.what == What::REQUEST && turn_.at == frame.begin &&
-                           turn_.number == frame.sender && index < frame.sender;
+    const GuestEvent &turn = lane_of(index).turn;
+    const bool was_asked = turn.what == What::REQUEST && turn.at == frame.begin &&
+                           turn.number == frame.sender && index < frame.sender;
     if (was_asked && next_request(robot) == until) tentative_.go_on(index, ++until);
     context_.bodies.take_back_commands(index, until);
     ran_ahead_(index, until);
     const Cycles next = channel_.next_begin(index) = next_request(robot);
-    if (next < channel_.end()) schedule({next, What::REQUEST, index});
+    if (next < channel_.end()) schedule(index, {next, What::REQUEST, index});
 }
 
 /// Whether carrier sense is known to find the channel free if the robot's request comes at `at`: it
@@ -369,10 +405,11 @@ void GuestRobots::plan_frames(uint32_t index, Cycles requested_at) {
         if (station.planned++ == 0) channel_.next_begin(index) = emission.at;
         const Cycles next = i + 1 < emissions.size() ? emissions[i + 1].at : next_request(robot);
         const bool soon = requested_at != NEVER && emission.at < channel_.end();
-        PlannedFrames &planned = shares_[soon ? 0 : robot.share()].planned;
+        Share &share = soon ? lane_of(index) : shares_[robot.share()];
+        PlannedFrames &planned = share.planned;
         if (soon)
-            schedule(
-                {emission.at, What::BEGIN, static_cast<uint32_t>(planned_at(emission.at).size())});
+            schedule(index,
+                     {emission.at, What::BEGIN, static_cast<uint32_t>(planned_in(share).size())});
         PlannedFrame &frame = planned.add(emission.at, context_.step);
         frame.emission = emission;
         frame.emission.robot = index;
@@ -391,21 +428,23 @@ void GuestRobots::sensed(const Frame &frame, bool busy) {
 
 // The robot has moved its compare value by then: the next request comes within a tick.
 void GuestRobots::gave_up(const Frame &frame) {
-    channel_.tally().attempts_failed++;
-    schedule({frame.begin + CarrierSense::WINDOW_END + 1, What::REQUEST, frame.sender});
+    lane_of(frame.sender).counts.attempts_failed++;
+    schedule(frame.sender,
+             {frame.begin + CarrierSense::WINDOW_END + 1, What::REQUEST, frame.sender});
 }
 
 void GuestRobots::sent(const Frame &frame) {
     auto &station = channel_.in_flight().station(frame.sender);
-    channel_.tally().sent++;
-    channel_.tally().wrong_crc += !frame.message->crc_is_right();
+    ChannelCounts &counts = lane_of(frame.sender).counts;
+    counts.sent++;
+    counts.wrong_crc += !frame.message->crc_is_right();
     station.counts.sent++;
     // With a short period of its own it may be asked again within this step.
     const Cycles over = frame.begin + FRAME_CYCLES, next = channel_.next_begin(frame.sender);
     if (!frame.granted)
-        schedule({over, What::REQUEST, frame.sender});
+        schedule(frame.sender, {over, What::REQUEST, frame.sender});
     else if (next < channel_.end() && station.planned == 0)
-        schedule({std::max(over, next), What::REQUEST, frame.sender});
+        schedule(frame.sender, {std::max(over, next), What::REQUEST, frame.sender});
 }
 
 // Whatever becomes of the frame: while its light falls on the receiver sensors cannot be read.
@@ -420,11 +459,11 @@ void GuestRobots::light_begins(const Frame &frame, Reached &reached) {
 // Each receiver draws for itself, and only for frames that nothing else spoiled.
 void GuestRobots::received(const Frame &frame, const Reached &reached) {
     if (!frame.message->crc_is_right()) return;
-    ChannelCounts &tally = channel_.tally();
+    ChannelCounts &counts = lane_of(reached.station).counts;
     const bool from_above = frame.above > 0;
     if (reached.fate != Fate::CLEAR) {
         if (from_above) return;
-        (reached.fate == Fate::COLLIDED ? tally.collided : tally.deaf)++;
+        (reached.fate == Fate::COLLIDED ? counts.collided : counts.deaf)++;
         return;
     }
     const uint32_t index = reached.station;
@@ -438,10 +477,10 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
         return;
     }
     if (receiver_.is_lost(frame, reached, draw)) {
-        tally.lost += !from_above;
+        counts.lost += !from_above;
         return;
     }
-    (from_above ? tally.above_received : tally.received)++;
+    (from_above ? counts.above_received : counts.received)++;
     station.counts.received++;
     Robot &robot = context_.robots[index];
     const Cycles end = frame.begin + FRAME_CYCLES;
@@ -452,7 +491,7 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
     // It may be ordered to run, and then to send, or to answer, before the others are past that.
     const bool is_asked = frame.message->message().type == BOOTPGM_QUERY;
     if (frame.has_orders && (robot.next_ask() == NEVER || is_asked) && end < channel_.end())
-        schedule({end, What::REQUEST, index});
+        schedule(index, {end, What::REQUEST, index});
 }
 
 // Memory
@@ -485,26 +524,25 @@ void GuestRobots::prefetch_first_after(const Share &share, size_t i) const {
 }
 
 // The robots that are asked or begin a frame, and those around them.
-void GuestRobots::prefetch_after(size_t next) {
+void GuestRobots::prefetch_events(Share &share) {
     constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8, PLANNED = 12;
     const auto &robots = context_.robots;
-    if (!prefetches(robots.size()) || next + PLANNED >= events_.size()) return;
-    auto is_request = [&](size_t turns) { return events_[next + turns].what == What::REQUEST; };
+    const GuestEvents &events = share.events;
+    if (!prefetches(robots.size()) || events.later(PLANNED) == nullptr) return;
+    auto is_request = [&](size_t turns) { return events.later(turns)->what == What::REQUEST; };
+    auto robot_at = [&](size_t turns) { return robot_of(share, *events.later(turns)); };
     // Events are in order of time, the frames that they stand for are not.
-    if (const Event &event = events_[next + PLANNED]; event.what == What::BEGIN)
-        prefetch_line(&planned_at(event.at)[event.number]);
+    if (!is_request(PLANNED)) prefetch_line(&planned_in(share)[events.later(PLANNED)->number]);
     const FramesInFlight &in_flight = channel_.in_flight();
     const Neighbours &lists = context_.bodies.lists();
-    const uint32_t latest = robot_of(events_[next + LATEST]),
-                   later = robot_of(events_[next + LATER]),
-                   sooner = robot_of(events_[next + SOONER]);
+    const uint32_t latest = robot_at(LATEST), later = robot_at(LATER), sooner = robot_at(SOONER);
     lists.prefetch_place(latest);
     in_flight.prefetch(latest);
     in_flight.prefetch_message(latest);
     if (is_request(LATEST)) robots[latest].prefetch();
     lists.prefetch(later);
     if (is_request(LATER)) robots[later].prefetch_state();
-    for (uint32_t other : lists.of(robot_of(events_[next + SOON]))) {
+    for (uint32_t other : lists.of(robot_at(SOON))) {
         in_flight.prefetch(other);
         channel_.prefetch_next_begin(other);
         context_.bodies.prefetch_place(other);
@@ -514,9 +552,9 @@ void GuestRobots::prefetch_after(size_t next) {
             robots[other].prefetch_light();
 }
 
-uint32_t GuestRobots::robot_of(const Event &event) {
+uint32_t GuestRobots::robot_of(Share &share, const GuestEvent &event) {
     if (event.what == What::REQUEST) return event.number;
-    return planned_at(event.at)[event.number].emission.robot;
+    return planned_in(share)[event.number].emission.robot;
 }
 
 /// Whether a robot that sends in this step or the next reaches another one.

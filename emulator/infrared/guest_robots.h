@@ -4,8 +4,8 @@
 /// A robot is executed up to the moment of its transmit request, and past it if carrier sense is
 /// known to find the channel free: then its frames are planned, and begin in their time. A robot
 /// of which that is known when the step begins need not wait for its turn: members of a team execute
-/// these first. Requests and planned frames of one step are kept in order of time; each costs
-/// O(neighbours).
+/// these first. Requests and planned frames of one step are kept in order of time, by each lane
+/// (infrared/lanes.h); each costs O(neighbours).
 ///
 /// A robot that has had nothing to say for some time is run on tentatively, for many steps, as if
 /// no light reached it, and where light does reach it, it is brought back (tentative_runs.h). To
@@ -14,12 +14,11 @@
 #define KILOTWIN_INFRARED_GUEST_ROBOTS_H
 
 #include <functional>
-#include <queue>
 #include <utility>
 #include <vector>
 
 #include "base/prefetch.h"
-#include "base/selection.h"
+#include "infrared/guest_events.h"
 #include "infrared/planned_frames.h"
 #include "infrared/robot_receiver.h"
 #include "infrared/station.h"
@@ -39,14 +38,25 @@ class GuestRobots final : public Stations {
     GuestRobots(KilobotChannel &channel, const ChannelContext &context,
                 const RobotReceiver &receiver, bool runs_past_requests, RanAhead ran_ahead);
 
-    /// Collects the requests and planned frames of the current step. Time O(robots).
-    void begin_requests();
+    /// Executes the robots that need not wait for their turns in the current step. Time O(robots).
+    void run_first();
+
+    /// Robots that were given a request in an earlier step have their turns in this one. Before
+    /// lanes are cut.
+    void give_later_turns();
+
+    /// Lanes were cut, or joined: such requests go to their lanes.
+    void change_lanes();
+
+    /// Collects the requests and planned frames of a lane in the current step; the joint one comes
+    /// last.
+    void begin_events(uint32_t lane);
 
     /// When the next of them is due; NEVER without one.
-    Cycles next_event() const;
+    Cycles next_event(uint32_t lane) const;
 
     /// Takes the next one: a planned frame begins, or a robot is executed through its request.
-    void take_event();
+    void take_event(uint32_t lane);
 
     /// All requests of the current step have been taken.
     void end_requests();
@@ -74,17 +84,7 @@ class GuestRobots final : public Stations {
   private:
     static constexpr uint8_t KIND = 0;  ///< the channel assigns it first
 
-    /// In this order when at the same time.
-    enum class What : uint8_t { BEGIN, REQUEST };
-    struct Event {
-        Cycles at;
-        What what;
-        uint32_t number;  ///< robot; of a BEGIN: which of the step's planned frames
-        bool operator>(const Event &other) const {
-            if (at != other.at) return at > other.at;
-            return what != other.what ? what > other.what : number > other.number;
-        }
-    };
+    using What = GuestEvent::What;
 
     /// A frame that a robot has received, unless chance loses it there.
     struct Arrival {
@@ -95,36 +95,42 @@ class GuestRobots final : public Stations {
         float distance_mm;
         message_t message;
     };
-    /// Robots of a share in this step (base/team.h).
+    /// Robots of a share in this step (base/team.h), and events of its lane; the joint lane has one
+    /// without robots, where there are several.
     struct alignas(64) Share {
         /// Those that may begin a frame.
         std::vector<uint32_t> senders;
         /// Those that need not wait for their turns, and up to when they are executed first.
         std::vector<std::pair<uint32_t, Cycles>> first;
         PlannedFrames planned;
+        std::vector<PlannedFrame> joined;  ///< those of this step that the joint lane begins
+        GuestEvents events;
+        GuestEvent turn = {0, What::BEGIN, 0};  ///< the event that was taken last
+        std::vector<uint32_t> turns;            ///< robots that have turns in this step
         /// Frames that robots get when all requests have been taken: none of them is executed
         /// before. Robots that have their turns get theirs at once.
         std::vector<Arrival> arrivals;
         ChannelCounts counts;
     };
 
-    void run_first();
     void find_senders(Share &share, size_t begin, size_t end);
     Cycles run_first_until(uint32_t robot) const;
-    void begin_events();
+    void begin_event(Share &share, uint32_t robot);
+    void hand_on_joined(uint32_t lane);
+    void take_joined(Share &joint);
     void run_first(uint32_t index, Cycles until);
     void grant(Robot &robot, Cycles at, Cycles until) const;
-    const Event *first_event() const;
-    void schedule(const Event &event);
+    Share &lane_of(uint32_t robot);
+    void schedule(uint32_t robot, const GuestEvent &event);
     void give_turn(uint32_t robot);
     void hand_over(const Arrival &arrival, ChannelCounts &counts);
     void hand_over_all(Share &share);
-    /// Brings into the cache what the events some turns after the `next` one need. For large swarms
-    /// only.
-    void prefetch_after(size_t next);
+    /// Brings into the cache what the events of a lane some turns after the next one need. For large
+    /// swarms only.
+    void prefetch_events(Share &share);
     void prefetch_senders_after(const Share &share, size_t i) const;
     void prefetch_first_after(const Share &share, size_t i) const;
-    uint32_t robot_of(const Event &event);
+    uint32_t robot_of(Share &share, const GuestEvent &event);
     bool is_in_range(uint32_t sender, uint32_t other) const;
     bool may_be_in_range(uint32_t sender, uint32_t other) const;
     void take_request(uint32_t index, Cycles at);
@@ -137,24 +143,17 @@ class GuestRobots final : public Stations {
     void run_on(uint32_t index, Cycles until, Cycles requested_at = NEVER);
     void plan_frames(uint32_t index, Cycles requested_at);
     static Cycles next_request(const Robot &robot);
-    /// Frames of this step are in one list.
-    std::vector<PlannedFrame> &planned_at(Cycles at) {
-        return shares_.front().planned.at(at, context_.step);
-    }
+    /// Frames of a lane in this step.
+    std::vector<PlannedFrame> &planned_in(Share &share);
 
     KilobotChannel &channel_;
     ChannelContext context_;
     const RobotReceiver &receiver_;
     bool runs_past_requests_;
     RanAhead ran_ahead_;
-    std::vector<Share> shares_;
-    std::vector<Event> events_;  ///< of this step, those from next_ on to come
-    StepSorter<Event> sorter_;
-    size_t next_ = 0;
-    std::priority_queue<Event, std::vector<Event>, std::greater<>> other_events_;
-    std::vector<uint32_t> turns_;  ///< robots that have turns in this step
+    std::vector<Share> shares_;      ///< by lane
+    std::vector<GuestEvent> later_;  ///< requests that change lanes
     TentativeRuns tentative_;
-    Event turn_ = {0, What::BEGIN, 0};  ///< the event that was taken last
 };
 
 }  // namespace kilotwin

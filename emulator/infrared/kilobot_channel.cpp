@@ -19,10 +19,12 @@ KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &c
     : Channel(context),
       settings_(settings),
       receiver_(settings, context.chance, context.robots),
-      in_flight_(context.robots.size() + others + controllers()),
+      lanes_(context.team, context.robots.size()),
+      in_flight_(context.robots.size() + others + controllers(), lanes_.count()),
       carrier_sense_(settings.carrier_sense, settings.held_busy, in_flight_),
       guests_(*this, context, receiver_, runs_past_requests, std::move(ran_ahead)),
-      above_(*this, static_cast<uint32_t>(context.robots.size()) + others, controllers()) {
+      above_(*this, static_cast<uint32_t>(context.robots.size()) + others, controllers()),
+      ends_(lanes_.count()) {
     const auto robots = static_cast<uint32_t>(context.robots.size());
     for (uint32_t robot = 0; robot < robots; robot++) {
         const double spread =
@@ -56,6 +58,7 @@ void KilobotChannel::assign(Stations &kind, uint32_t first, uint32_t count) {
 // The other kinds know when theirs may begin only once they have been executed.
 void KilobotChannel::boot(Cycles now) {
     Channel::boot(now);
+    lists_changed();
     for (uint32_t robot = 0; robot < next_begin_.size(); robot++)
         next_begin_[robot] = kind_of(robot).next_begin(robot);
 }
@@ -74,59 +77,110 @@ std::vector<FrameCounts> KilobotChannel::frames() const {
     return counts;
 }
 
-// Most come in order: windows have one length, and so have frames.
-void KilobotChannel::Ends::push(const End &end) {
-    ends_.push_back(end);
-    for (size_t i = ends_.size() - 1; i > first_ && ends_[i - 1] > ends_[i]; i--)
-        std::swap(ends_[i - 1], ends_[i]);
-}
-
-// Taken items stay in front until they are half of the list.
-void KilobotChannel::Ends::pop() {
-    if (2 * ++first_ < ends_.size()) return;
-    ends_.erase(ends_.begin(), ends_.begin() + static_cast<ptrdiff_t>(first_));
-    first_ = 0;
+void KilobotChannel::lists_changed() {
+    lanes_.lists_changed(context_.bodies.lists());
+    has_new_lists_ = true;
 }
 
 void KilobotChannel::run(Cycles begin, Cycles end, Cycles limit) {
     begin_step(begin, end);
     limit_ = limit;
-    guests_.begin_requests();
+    guests_.run_first();
+    const bool is_cut = cut();
+    if (lanes_.count() > 1) change_lanes();
+    if (is_cut) context_.team.share([this](uint32_t share) { run_lane(share); });
+    run_lane(lanes_.joint());
+    guests_.end_requests();
+}
+
+/// Finds the lanes of the current step: whether there are others than the joint one. There are not
+/// with light from elsewhere, nor where what happens is told in order of time.
+bool KilobotChannel::cut() {
+    if (lanes_.count() == 1 || !has_guests_only() || context_.team.works_alone() ||
+        above_.next() < end_ || is_far_light_on()) {
+        lanes_.join();
+        return false;
+    }
+    has_new_lists_ = false;
+    guests_.give_later_turns();
+    return lanes_.cut(context_.bodies.lists(), [this](uint32_t robot) {
+        const auto &station = in_flight_.station(robot);
+        return next_begin_[robot] < end_ || station.in_turn ||
+               station.frame != FramesInFlight::NONE;
+    });
+}
+
+/// Whether a frame on air is not a robot's, or reaches one that is not in its sender's list: with
+/// new lists a robot may have been put elsewhere.
+bool KilobotChannel::is_far_light_on() const {
+    auto is_far = [this](uint32_t sender) {
+        if (sender >= robots()) return true;
+        if (!has_new_lists_) return false;
+        const Neighbours::List list = context_.bodies.lists().of(sender);
+        const auto &reached = in_flight_[in_flight_.station(sender).frame].reached;
+        return !std::all_of(reached.begin(), reached.end(), [&](const Reached &one) {
+            return std::binary_search(list.begin(), list.end(), one.station);
+        });
+    };
+    for (const LaneEnds &lane : ends_)
+        for (const Ends *ends : {&lane.windows, &lane.frames})
+            for (size_t i = 0; i < ends->size(); i++)
+                if (is_far(ends->sender(i))) return true;
+    return false;
+}
+
+/// What goes on since an earlier step goes to its lane of this one.
+void KilobotChannel::change_lanes() {
+    std::vector<End> windows, frames;
+    for (uint32_t lane = 0; lane < lanes_.count(); lane++) {
+        auto is_here = [&](uint32_t sender) { return lanes_.of(sender) == lane; };
+        ends_[lane].windows.keep(is_here, windows);
+        ends_[lane].frames.keep(is_here, frames);
+    }
+    for (const End &end : windows) ends_of(end.sender).windows.push(end);
+    for (const End &end : frames) ends_of(end.sender).frames.push(end);
+    in_flight_.share_free();
+    guests_.change_lanes();
+}
+
+/// Takes all events of a lane in this step.
+void KilobotChannel::run_lane(uint32_t lane) {
+    auto &[window_ends, frame_ends] = ends_[lane];
+    guests_.begin_events(lane);
     for (;;) {
         // At the same time frames end first, then windows, then frames begin.
-        const Cycles ends = frame_ends_.next(), windows = window_ends_.next(),
-                     above = above_.next(), guests = guests_.next_event();
-        const Cycles next = std::min({ends, windows, above, guests, end});
+        const Cycles ends = frame_ends.next(), windows = window_ends.next(), above = above_.next(),
+                     guests = guests_.next_event(lane);
+        const Cycles next = std::min({ends, windows, above, guests, end_});
         if (!others_.empty() && run_others(next)) continue;
-        if (next == end) break;
+        if (next == end_) break;
         if (ends == next) {
-            const uint32_t sender = frame_ends_.sender();
-            frame_ends_.pop();
-            prefetch_frame_ends();
+            const uint32_t sender = frame_ends.sender();
+            frame_ends.pop();
+            prefetch_frame_ends(frame_ends);
             end_frame(sender);
         } else if (windows == next) {
-            end_window();
+            end_window(window_ends);
         } else if (above == next) {
             above_.begin_next();
         } else {
-            guests_.take_event();
+            guests_.take_event(lane);
         }
     }
-    guests_.end_requests();
 }
 
 // First the senders' records, which say where frames are, then frames, which say whom they reached,
 // then what the channel and what a kind of stations keeps of these.
-void KilobotChannel::prefetch_frame_ends() {
+void KilobotChannel::prefetch_frame_ends(const Ends &ends) {
     constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
-    if (!prefetches(context_.robots.size()) || frame_ends_.size() <= LATEST) return;
-    const uint32_t latest = frame_ends_.sender(LATEST);
+    if (!prefetches(context_.robots.size()) || ends.size() <= LATEST) return;
+    const uint32_t latest = ends.sender(LATEST);
     in_flight_.prefetch(latest);
     in_flight_.prefetch_message(latest);
-    in_flight_.prefetch_frame(frame_ends_.sender(LATER));
-    for (const Reached &reached : in_flight_.of(frame_ends_.sender(SOON)).reached)
+    in_flight_.prefetch_frame(ends.sender(LATER));
+    for (const Reached &reached : in_flight_.of(ends.sender(SOON)).reached)
         in_flight_.prefetch(reached.station);
-    for (const Reached &reached : in_flight_.of(frame_ends_.sender(SOONER)).reached)
+    for (const Reached &reached : in_flight_.of(ends.sender(SOONER)).reached)
         kind_of(reached.station).prefetch(reached.station);
 }
 
@@ -176,7 +230,8 @@ void KilobotChannel::begin_frame(uint32_t sender, Cycles at, const message_t &me
 // Pulses of an earlier frame of the same sender are over by now.
 Frame &KilobotChannel::begin_light(uint32_t sender, Cycles at, const message_t &message) {
     Stations &kind = kind_of(sender);
-    Frame &frame = in_flight_.put_on_air(sender, at, kind.range_m(sender), message);
+    Frame &frame =
+        in_flight_.put_on_air(sender, at, kind.range_m(sender), message, lanes_.of(sender));
     for (Stations *other : others_) other->forget_reached(sender);
     kind.shine(frame);
     return frame;
@@ -212,17 +267,17 @@ void KilobotChannel::shine_on_robot(Frame &frame, uint32_t robot, double distanc
 }
 
 void KilobotChannel::sense(const Frame &frame) {
-    window_ends_.push({frame.begin + CarrierSense::WINDOW_END, frame.sender});
+    ends_of(frame.sender).windows.push({frame.begin + CarrierSense::WINDOW_END, frame.sender});
 }
 
 void KilobotChannel::complete_later(const Frame &frame) {
-    frame_ends_.push({frame.begin + FRAME_CYCLES, frame.sender});
+    ends_of(frame.sender).frames.push({frame.begin + FRAME_CYCLES, frame.sender});
 }
 
 // Granted frames have no window: their pulses were sent at the begin.
-void KilobotChannel::end_window() {
-    const uint32_t sender = window_ends_.sender();
-    window_ends_.pop();
+void KilobotChannel::end_window(Ends &window_ends) {
+    const uint32_t sender = window_ends.sender();
+    window_ends.pop();
     const Frame &frame = in_flight_.of(sender);
     const bool busy = carrier_sense_.finds_busy(frame);
     kind_of(sender).sensed(frame, busy);
@@ -237,14 +292,14 @@ void KilobotChannel::end_window() {
 
 void KilobotChannel::give_up(uint32_t sender) {
     const Frame &frame = in_flight_.of(sender);
-    in_flight_.take_off_air(frame);
+    in_flight_.take_off_air(frame, lanes_.of(sender));
     kind_of(sender).gave_up(frame);
 }
 
 // Off the air first: what receivers do next may begin a frame of theirs.
 void KilobotChannel::end_frame(uint32_t sender) {
     const Frame &frame = in_flight_.of(sender);
-    in_flight_.take_off_air(frame);
+    in_flight_.take_off_air(frame, lanes_.of(sender));
     for (const Reached &reached : frame.reached) kind_of(reached.station).received(frame, reached);
     kind_of(sender).sent(frame);
 }

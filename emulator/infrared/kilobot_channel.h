@@ -6,7 +6,8 @@
 /// program. An attempt to send listens between its start pulse and the leader's stop pulse; light
 /// seen then makes it fail, and the robot tries again within a tick. No capture: any light of
 /// another frame spoils a frame at that receiver. Everything is taken in order of time, station by
-/// station.
+/// station; members of a team do so side by side where robots cannot reach one another
+/// (infrared/lanes.h).
 ///
 /// Robots on boards see each pulse, and theirs are taken as they come: the first puts a frame on
 /// air, and what it says is known when the last has come (avr/boards/board_stations.h).
@@ -23,8 +24,10 @@
 
 #include "infrared/carrier_sense.h"
 #include "infrared/channel.h"
+#include "infrared/frame_ends.h"
 #include "infrared/frames_in_flight.h"
 #include "infrared/guest_robots.h"
+#include "infrared/lanes.h"
 #include "infrared/light_from_above.h"
 #include "infrared/robot_receiver.h"
 #include "infrared/station.h"
@@ -63,6 +66,7 @@ class KilobotChannel final : public Channel {
         above_.add(message, at, controller);
     }
     Cycles next_from_above() const override { return above_.next(); }
+    void lists_changed() override;
     void run(Cycles begin, Cycles end, Cycles limit) override;
     Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) const override;
     void run_robot(uint32_t robot, Cycles until) override { guests_.run_robot(robot, until); }
@@ -78,6 +82,7 @@ class KilobotChannel final : public Channel {
     const CarrierSense &carrier_sense() const { return carrier_sense_; }
     FramesInFlight &in_flight() { return in_flight_; }
     const FramesInFlight &in_flight() const { return in_flight_; }
+    const Lanes &lanes() const { return lanes_; }
     ChannelCounts &tally() { return counts_; }
     uint32_t robots() const { return static_cast<uint32_t>(context_.robots.size()); }
     Cycles now() const { return now_; }      ///< begin of the current step
@@ -123,51 +128,37 @@ class KilobotChannel final : public Channel {
     void other_pulses(uint32_t sender, Cycles at, const message_t &message);
 
   private:
-    /// The end of a window, or of a frame.
-    struct End {
-        Cycles at;
-        uint32_t sender;
-        bool operator>(const End &other) const {
-            return at != other.at ? at > other.at : sender > other.sender;
-        }
-    };
-    /// In order of time; most come in that order.
-    class Ends {
-      public:
-        void push(const End &end);  ///< O(1) where it is the last, as most are
-        void pop();                 ///< the first
-        /// When the first is due, NEVER without one; and its sender.
-        Cycles next() const { return first_ < ends_.size() ? ends_[first_].at : NEVER; }
-        uint32_t sender() const { return ends_[first_].sender; }
-        /// How many there are.
-        size_t size() const { return ends_.size() - first_; }
-        /// The sender of the one that comes so many turns after the first; below size().
-        uint32_t sender(size_t turns) const { return ends_[first_ + turns].sender; }
-
-      private:
-        std::vector<End> ends_;  ///< from first_ on
-        size_t first_ = 0;
+    /// Ends to come in a lane.
+    struct alignas(64) LaneEnds {
+        Ends windows;  ///< of attempts whose carrier sense is not over
+        Ends frames;   ///< of frames that go on to their end
     };
 
     /// The object that speaks for a station.
     Stations &kind_of(uint32_t station) { return *kinds_[in_flight_.station(station).kind]; }
+    bool cut();
+    bool is_far_light_on() const;
+    void change_lanes();
+    void run_lane(uint32_t lane);
+    LaneEnds &ends_of(uint32_t sender) { return ends_[lanes_.of(sender)]; }
     bool run_others(Cycles next);
-    void end_window();
+    void end_window(Ends &window_ends);
     /// Brings into the cache what the ends of frames some turns later need: between its begin and
     /// its end a frame leaves the cache again where many are on air. For large swarms only.
-    void prefetch_frame_ends();
+    void prefetch_frame_ends(const Ends &ends);
 
     Settings settings_;
     RobotReceiver receiver_;
+    Lanes lanes_;
     FramesInFlight in_flight_;
     CarrierSense carrier_sense_;
     std::vector<Stations *> kinds_;  ///< by FramesInFlight::Station::kind
     GuestRobots guests_;
     LightFromAbove above_;
-    Swarm<float> ranges_m_;  ///< of robots
-    Ends window_ends_;       ///< of attempts whose carrier sense is not over
-    Ends frame_ends_;        ///< of frames that go on to their end
-    Cycles limit_ = 0;       ///< of the current step
+    Swarm<float> ranges_m_;       ///< of robots
+    std::vector<LaneEnds> ends_;  ///< by lane
+    Cycles limit_ = 0;            ///< of the current step
+    bool has_new_lists_ = true;   ///< since the last step that was cut
 };
 
 }  // namespace kilotwin

@@ -5,7 +5,7 @@
 namespace kilotwin {
 
 bool TentativeRuns::begin(uint32_t robot, Cycles now, Cycles limit) {
-    if (runs_.empty()) runs_.resize(robots_.size());
+    std::call_once(begun_, [this] { runs_.resize(robots_.size()); });
     Run &run = runs_[robot];
     Robot &guest = robots_[robot];
     if (!guest.can_restore()) return false;

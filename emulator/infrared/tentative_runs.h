@@ -11,6 +11,7 @@
 #define KILOTWIN_INFRARED_TENTATIVE_RUNS_H
 
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "base/clock.h"
@@ -56,6 +57,7 @@ class TentativeRuns {
     Swarm<Robot> &robots_;
     Cycles step_;
     std::vector<Run> runs_;  ///< by robot, once there was one
+    std::once_flag begun_;   ///< there was; members of a team may begin at once
 };
 
 }  // namespace kilotwin

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <numeric>
 #include <stdexcept>
 
 #include "base/team.h"
+#include "infrared/lanes.h"
 #include "support.h"
 
 using namespace kilotwin;
@@ -24,11 +26,15 @@ struct Outcome {
     bool operator==(const Outcome &) const = default;
 };
 
-Outcome outcome_of(SimulationDef def, uint32_t threads, int64_t ticks) {
+/// Done to a run each hundred ticks.
+using Meddle = std::function<void(Simulation &, int64_t tick)>;
+
+Outcome outcome_of(SimulationDef def, uint32_t threads, int64_t ticks, const Meddle &meddle) {
     def.threads = threads;
     Simulation simulation(def);
     Outcome outcome = {};
     for (int64_t done = 0; done < ticks; done += 100) {
+        if (meddle) meddle(simulation, done);
         simulation.advance(100);
         for (const Event &event : simulation.take_events())
             // The address that a program is loaded to differs from run to run.
@@ -42,11 +48,11 @@ Outcome outcome_of(SimulationDef def, uint32_t threads, int64_t ticks) {
     return outcome;
 }
 
-void check_threads(const Scene &scene, int64_t ticks) {
-    const Outcome one = outcome_of(scene.def, 1, ticks);
+void check_threads(const Scene &scene, int64_t ticks, const Meddle &meddle = {}) {
+    const Outcome one = outcome_of(scene.def, 1, ticks, meddle);
     for (const uint32_t threads : {2u, 3u, 8u}) {
         CAPTURE(threads);
-        const Outcome several = outcome_of(scene.def, threads, ticks);
+        const Outcome several = outcome_of(scene.def, threads, ticks, meddle);
         CHECK(several.hash == one.hash);
         REQUIRE(several.events.size() == one.events.size());
         const auto [other, here] =
@@ -73,6 +79,46 @@ Scene mixed_scene(uint64_t seed, double side_m) {
     scene.add_anywhere("printer", 5);
     scene.add_anywhere("paused", 10);
     return scene;
+}
+
+/// Robots of many habits in two rows, numbered from one end to the other: most have neighbours of
+/// their own share alone, and those at its borders do not.
+Scene rows_scene(uint64_t seed) {
+    Scene scene(square_hall(9), seed);
+    scene.def.profile = small_robot();
+    scene.def.kilobot_medium = infrared_settings();
+    scene.def.sample_ticks = 77;
+    const std::vector<std::string> programs = {"sender",   "wanderer", "sender",   "seldom",
+                                               "wanderer", "talker",   "wanderer", "sender",
+                                               "paused",   "wanderer", "patient",  "printer"};
+    Dice dice(seed);
+    for (int i = 0; i < 160; i++) {
+        const double x = -4 + 0.1 * (i / 2) + dice.between(-0.01, 0.01),
+                     y = 0.1 * (i % 2) + dice.between(-0.01, 0.01);
+        const uint32_t robot =
+            scene.add(programs[dice.below(static_cast<uint32_t>(programs.size()))],
+                      {{{x, y}, dice.between(-3, 3)}});
+        // Several requests in a step, of a sender; other habits of what is seldom asked.
+        if (i % 3 == 0)
+            scene.tell(20 + i, robot, message(0x30, {static_cast<uint8_t>(1 + i % 5), 0}));
+        if (i % 4 == 0)
+            scene.tell(30, robot, message(0x40, {static_cast<uint8_t>(dice.below(256) & ~4u)}));
+    }
+    return scene;
+}
+
+/// Whether robots of a scene are taken in several lanes when a run begins.
+bool has_lanes(const Scene &scene, uint32_t threads) {
+    const Samples samples = Simulation(scene.def).snapshot();
+    std::vector<Eigen::Vector2d> places;
+    for (uint32_t robot = 0; robot < samples.x_m.size(); robot++)
+        places.push_back(pose_of(samples, robot).position);
+    Neighbours lists(KilobotChannel::reach_m(*scene.def.kilobot_medium), 0.015);
+    lists.rebuild(places);
+    Team team(threads, nullptr);
+    Lanes lanes(team, places.size());
+    lanes.lists_changed(lists);
+    return lanes.cut(lists, [](uint32_t) { return false; });
 }
 
 ObjectDef disc_at(const Pose &pose) {
@@ -144,6 +190,52 @@ TEST_CASE("one, two, three and eight threads give the same, with the Kilobots' m
         scene.def.profile.motor_noise = 0.2;
         check_threads(scene, 1500);
     }
+}
+
+TEST_CASE("robots that reach those of other shares have the same results with any threads") {
+    for (const uint64_t seed : {11, 12, 13}) {
+        CAPTURE(seed);
+        Scene scene = rows_scene(seed);
+        for (const uint32_t threads : {2u, 3u, 8u}) REQUIRE(has_lanes(scene, threads));
+        // Without a spread robots that were switched on together are asked at the same moments.
+        scene.def.clock_spread = seed == 12 ? 0 : 0.005;
+        scene.def.step_ticks = seed == 13 ? 1 : 4;
+        using Kind = RobotFault::Kind;
+        scene.def.faults = {{150, 20, Kind::DEAF, 0, 0},     {200, 40, Kind::MUTE, 0, 0},
+                            {250, 80, Kind::DEAD, 0, 0},     {300, 79, Kind::DEAF, 0, 0},
+                            {600, 20, Kind::RECEIVES, 0, 0}, {700, 40, Kind::TRANSMITS, 0, 0}};
+        check_threads(scene, 1500);
+    }
+}
+
+TEST_CASE("threads give the same where one of them at times does the work of all") {
+    Scene scene = rows_scene(14);
+    REQUIRE(has_lanes(scene, 2));
+    check_threads(scene, 1200, [](Simulation &simulation, int64_t tick) {
+        simulation.listen_to(tick % 300 == 0 ? std::vector<uint32_t>{3, 50}
+                                             : std::vector<uint32_t>{});
+        if (tick % 400 == 200)
+            simulation.shine_from_above(message(0x30, {2, 0}), simulation.now() + ticks(10) + 12345,
+                                        0);
+    });
+}
+
+TEST_CASE("threads give the same where robots are put elsewhere while their light is on") {
+    Scene scene = rows_scene(15);
+    const uint32_t first = scene.add("talker", {{{-4.3, 1}, 0}, {{4.3, 1}, 0}});
+    REQUIRE(has_lanes(scene, 2));
+    // As near the rows as there is room.
+    auto put = [](Simulation &simulation, uint32_t robot, double x) {
+        for (double y = 0.15;; y += 0.01) try {
+                return simulation.place(robot, {{x, y}, 0});
+            } catch (const EngineError &) {
+            }
+    };
+    check_threads(scene, 1200, [&](Simulation &simulation, int64_t tick) {
+        const double x = tick % 200 == 0 ? -3.5 : 3.5;
+        put(simulation, first, x);
+        put(simulation, first + 1, -x);
+    });
 }
 
 TEST_CASE("with objects, lamps and failures threads give the same") {
