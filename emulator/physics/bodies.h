@@ -136,15 +136,29 @@ class Bodies {
     /// Those of them that the contact solver moved: robots in islands.
     uint64_t island_steps() const { return contacts_.island_steps(); }
     /// Overlaps of all contacts of all steps so far.
-    const Overlaps &overlaps() const { return overlaps_; }
+    Overlaps overlaps() const;
 
   private:
+    /// Two robots that may touch within the step.
+    struct Pair {
+        uint32_t one, other;
+        double distance_m;  ///< of their centres, when the step begins
+        auto operator<=>(const Pair &) const = default;
+    };
     /// Robots of a share, ascending, in a step (base/team.h).
     struct alignas(64) Share {
         std::vector<uint32_t> changing;      ///< their drive changes
         std::vector<uint32_t> near_contact;  ///< to be examined by the broad phase
-        std::vector<uint32_t> touching;      ///< of these, those that may touch something
-        double drift_square = 0;             ///< the longest since the lists were made, squared
+        std::vector<uint32_t> touching;      ///< those that may touch something
+        std::vector<Pair> pairs;   ///< of two of all that touch, the first of this share; ascending
+        std::vector<Pair> asides;  ///< `one` touches; as far as is known, `other` does not
+        std::vector<uint32_t> held;  ///< by contacts_
+        std::vector<uint32_t> held_so_far;
+        std::vector<uint32_t> pushed;  ///< of those held
+        size_t first_body = 0;         ///< of those held, in contact_bodies_
+        double drift_square = 0;       ///< the longest since the lists were made, squared
+        double shift_square = 0;       ///< the longest in this step of those near a contact
+        Overlaps overlaps;             ///< so far
     };
 
     /// Motor commands that have not taken effect: list[next] and later.
@@ -161,12 +175,6 @@ class Bodies {
         // Places of the one robot in lists of a step, if it is there.
         uint32_t before_slot = 0;  ///< position in before_
         uint32_t body_slot = 0;    ///< position in contact_bodies_
-    };
-    /// Two robots that may touch within the step; one < other.
-    struct Pair {
-        uint32_t one, other;
-        double distance_m;  ///< of their centres, when the step begins
-        auto operator<=>(const Pair &) const = default;
     };
     /// The robots around an object when a list of them was made.
     struct Surroundings {
@@ -199,8 +207,8 @@ class Bodies {
     }
     double longest_free_m(uint32_t robot) const;
 
-    // The broad phase: from all robots to touching_ and pairs_. Most robots cost a comparison with
-    // next_contact_ only.
+    // The broad phase: from all robots to those that touch, and their pairs. Most robots cost a
+    // comparison with next_contact_ only.
     const RobotList &candidates(uint32_t robot) {
         if (candidates_[robot].until <= now_) find_candidates(robot);
         return candidates_[robot].robots;
@@ -214,11 +222,14 @@ class Bodies {
     bool may_touch(uint32_t robot);
     bool would_touch(uint32_t robot, uint32_t other) const;
     bool would_touch_wall(uint32_t robot, double wall_gap_m) const;
+    void find_touched(Share &share);
     void include(uint32_t robot) {
         if (!is_touching_[robot]) add_touching(robot);
     }
     void add_touching(uint32_t robot);
-    void add_touched(uint32_t robot);
+    void add_all_touched();
+    void add_touched(const Pair &pair);
+    template <typename Visit> void for_each_touched(uint32_t robot, Visit visit);
 
     // Objects take part when they move, or when a robot or an object that takes part is near: a
     // step costs a look at each robot around each object, and now and then at all robots.
@@ -231,15 +242,17 @@ class Bodies {
     bool has_stopped(uint32_t object) const;
     bool is_near_pushed(uint32_t object) const;
 
-    // After it: touching_ to contacts_, and their poses back.
+    // After it: robots that touch to contacts_, and their poses back.
     void update_contacts();
+    void hold_touching(Share &share);
     void step_contacts();
-    void fill_body(uint32_t i);
+    void fill_body(ContactBody &body, uint32_t robot);
     /// A body goes on from where the contact left it.
-    void take_moved(size_t i, Cycles end);
+    void take_moved(ContactBody &body, Cycles end);
+    void take_all_moved(Share &share);
     void find_body_pairs();
     void find_wall_contacts(ContactBody &body) const;
-    void record_overlap(double gap_m);  ///< if it is negative
+    void record_overlap(Share &share, double gap_m) const;  ///< if it is negative
 
     const Arena &arena_;
     Team &team_;
@@ -267,8 +280,8 @@ class Bodies {
     Swarm<Cycles> next_change_;         ///< of its drive
     Swarm<double> speeds_;              ///< of its drive, m/s
     Swarm<Cycles> still_since_;         ///< NEVER while it moves
-    std::vector<uint8_t> steps_apart_;  ///< held by contacts_: steps since it was in touching_
-    std::vector<uint8_t> is_touching_;  ///< whether it is in touching_
+    std::vector<uint8_t> steps_apart_;  ///< held by contacts_: steps since it touched
+    std::vector<uint8_t> is_touching_;  ///< whether it may touch something in this step
     Swarm<Cycles> next_contact_;        ///< before this, nothing is near enough to touch
     Swarm<Commands> commands_;          ///< by robot, those of this step and later
     Swarm<Candidates> candidates_;
@@ -282,9 +295,10 @@ class Bodies {
 
     // Lists of one step; kept for their memory.
     std::vector<Share> shares_;
-    std::vector<uint32_t> touching_;  ///< robots that may touch something, ascending
-    std::vector<Before> before_;      ///< of robots whose drive changes, ascending
-    std::vector<Pair> pairs_;         ///< of touching_
+    std::vector<Before> before_;   ///< of robots whose drive changes, ascending; and old ones
+    size_t changing_ = 0;          ///< the number of those
+    std::vector<uint32_t> added_;  ///< robots that touch since another does, as they were found
+    size_t next_added_ = 0;        ///< the next of them whose neighbours are looked at
     std::vector<uint32_t> pushed_;
     std::vector<ContactBody> contact_bodies_;  ///< of the robots held by contacts_
     std::vector<ContactPair> body_pairs_;      ///< of contact_bodies_
@@ -292,7 +306,6 @@ class Bodies {
     std::vector<uint8_t> at_object_;  ///< by robot: whether it may touch an object that takes part
     double longest_shift_m_ = 0;  ///< of a robot held by contacts_, in the last step or this one
     uint64_t solver_steps_ = 0;
-    Overlaps overlaps_;
 };
 
 }  // namespace kilotwin

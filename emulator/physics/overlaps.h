@@ -13,6 +13,8 @@ class Overlaps {
   public:
     /// Counts one contact; `fraction` is 0 or more.
     void add(double fraction);
+    /// Counts all that another has counted. The order of calls does not matter.
+    void add(const Overlaps &other);
 
     /// How many were added.
     uint64_t contacts() const { return contacts_; }

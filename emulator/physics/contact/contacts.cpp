@@ -1,8 +1,5 @@
 #include "physics/contact/contacts.h"
 
-#include <algorithm>
-
-#include "base/selection.h"
 #include "physics/contact/disc_solver.h"
 
 namespace kilotwin {
@@ -36,23 +33,12 @@ void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     driven.velocity = {turned(v, ahead), trajectory.drive().turn};
     driven.wanted = driven.velocity;
     held_[robot] = true;
-    robots_.push_back(robot);
 }
-
-void Contacts::remove(uint32_t robot) { held_[robot] = false; }
 
 void Contacts::forget(uint32_t robot) {
     if (!held_[robot]) return;
     remove(robot);
-    update();
     solver_->forget(robot);
-}
-
-// Sorted, so that results do not depend on the order in which robots came near something.
-void Contacts::update() {
-    auto gone = [this](uint32_t robot) { return !held_[robot]; };
-    sort_tail(robots_);
-    robots_.erase(std::remove_if(robots_.begin(), robots_.end(), gone), robots_.end());
 }
 
 void Contacts::step(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
@@ -64,7 +50,8 @@ void Contacts::step(std::vector<ContactBody> &bodies, const std::vector<ContactP
         size_t next = 0;
         for (size_t i = 0; i < bodies.size(); i++) {
             if (!bodies[i].uncertain) continue;
-            if (bodies[i].kind == ContactBody::Kind::ISLAND) driven_[robots_[i]] = before_[next];
+            if (bodies[i].kind == ContactBody::Kind::ISLAND)
+                driven_[bodies[i].robot] = before_[next];
             next++;
         }
     }
@@ -78,13 +65,13 @@ void Contacts::step_in_closed_form(std::vector<ContactBody> &bodies,
     using Kind = ContactBody::Kind;
     before_.clear();
     for (size_t i = 0; i < bodies.size(); i++) {
-        if (bodies[i].uncertain) before_.push_back(driven_[robots_[i]]);
+        if (bodies[i].uncertain) before_.push_back(driven_[bodies[i].robot]);
         const auto kind = bodies[i].kind;
-        if (kind == Kind::NONE || kind == Kind::WALL) step_alone(i, bodies[i], step_s);
+        if (kind == Kind::NONE || kind == Kind::WALL) step_alone(bodies[i], step_s);
     }
     for (const auto &[one, other, distance_m] : pairs)
         if (bodies[one].kind == Kind::ROBOT && bodies[one].other == other)
-            step_pair(one, bodies[one], other, bodies[other], step_s);
+            step_pair(bodies[one], bodies[other], step_s);
 }
 
 void Contacts::step_islands(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
@@ -93,7 +80,7 @@ void Contacts::step_islands(std::vector<ContactBody> &bodies, const std::vector<
     islands_.bodies.clear();
     islands_.pairs.clear();
     for (size_t i = 0; i < bodies.size(); i++)
-        if (bodies[i].kind == Kind::ISLAND) add_to_islands(i, bodies[i]);
+        if (bodies[i].kind == Kind::ISLAND) add_to_islands(bodies[i]);
     for (const auto &[one, other, distance_m] : pairs)
         if (bodies[one].kind == Kind::ISLAND)
             islands_.pairs.push_back({bodies[one].member, bodies[other].member});
@@ -102,13 +89,13 @@ void Contacts::step_islands(std::vector<ContactBody> &bodies, const std::vector<
 }
 
 /// The body takes part in an island; which one, the solver finds from the pairs.
-void Contacts::add_to_islands(size_t i, ContactBody &body) {
+void Contacts::add_to_islands(ContactBody &body) {
     body.member = static_cast<uint32_t>(islands_.bodies.size());
     body.moved = {};
-    auto &driven = driven_[robots_[i]];
+    auto &driven = driven_[body.robot];
     if (fixed(body)) driven = {};
     islands_.bodies.push_back(
-        {robots_[i], fixed(body), body.at_wall, body.pose, body.free, driven, body.moved});
+        {body.robot, fixed(body), body.at_wall, body.pose, body.free, driven, body.moved});
 }
 
 /// Whether it stands, and cannot be pushed.
@@ -116,9 +103,9 @@ bool Contacts::fixed(const ContactBody &body) const {
     return !gives_way_ && body.free.by.isZero(0) && body.free.turn == 0;
 }
 
-/// Sets the velocity of the i-th body, which is in no island.
-ContactSide Contacts::drive(size_t i, ContactBody &body, double step_s) {
-    DrivenBody &driven = driven_[robots_[i]];
+/// Sets the velocity of a body that is in no island.
+ContactSide Contacts::drive(ContactBody &body, double step_s) {
+    DrivenBody &driven = driven_[body.robot];
     body.moved = {};
     if (fixed(body))
         driven = {};
@@ -127,18 +114,18 @@ ContactSide Contacts::drive(size_t i, ContactBody &body, double step_s) {
     return {driven, body.moved};
 }
 
-/// Moves the i-th body, which touches nothing, or a wall only.
-void Contacts::step_alone(size_t i, ContactBody &body, double step_s) {
-    const ContactSide robot = drive(i, body, step_s);
+/// Moves a body that touches nothing, or a wall only.
+void Contacts::step_alone(ContactBody &body, double step_s) {
+    const ContactSide robot = drive(body, step_s);
     if (body.kind == ContactBody::Kind::WALL)
         closed_form_.step(robot, nullptr, body.normal, body.gap_m, step_s);
     else
         robot.moved.add(robot.body.velocity, step_s);
 }
 
-/// Moves the i-th body and the k-th, which touch each other only.
-void Contacts::step_pair(size_t i, ContactBody &one, size_t k, ContactBody &other, double step_s) {
-    const ContactSide robot = drive(i, one, step_s), partner = drive(k, other, step_s);
+/// Moves two bodies that touch each other only.
+void Contacts::step_pair(ContactBody &one, ContactBody &other, double step_s) {
+    const ContactSide robot = drive(one, step_s), partner = drive(other, step_s);
     if (fixed(other))
         closed_form_.step(robot, nullptr, one.normal, one.gap_m, step_s);
     else if (fixed(one))

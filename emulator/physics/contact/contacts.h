@@ -3,7 +3,7 @@
 /// (island_solver.h). Lengths in metres.
 ///
 /// Bodies decides which robots are near a contact (the broad phase) and calls, in each world step:
-/// add() and remove(), update(), then step().
+/// add() and remove(), then step().
 #ifndef KILOTWIN_PHYSICS_CONTACT_CONTACTS_H
 #define KILOTWIN_PHYSICS_CONTACT_CONTACTS_H
 
@@ -37,23 +37,16 @@ class Contacts {
     /// Whether a robot is held here: added, and not removed.
     bool holds(uint32_t robot) const { return held_[robot]; }
 
-    /// Robots held, ascending; as of the last update().
-    const std::vector<uint32_t> &robots() const { return robots_; }
-
-    /// Takes a robot in that is not held, with the velocity that it has at `at`. It is listed from
-    /// the next update() on, in its place by index, so that results do not depend on the order of
-    /// calls.
+    /// Takes a robot in that is not held, with the velocity that it has at `at`. Members of a team
+    /// may add and remove different robots at once.
     void add(uint32_t robot, const Trajectory &trajectory, Cycles at);
-    /// Lets a held robot go; it is listed until the next update().
-    void remove(uint32_t robot);
+    /// Lets a held robot go.
+    void remove(uint32_t robot) { held_[robot] = false; }
 
-    /// Lets a robot go that is elsewhere now, if it is held. Linear in robots held.
+    /// Lets a robot go that is elsewhere now, if it is held.
     void forget(uint32_t robot);
 
-    /// To be called after add() and remove(), before robots() and step(). Linear in robots held.
-    void update();
-
-    /// Moves all robots held for `step_s`. `bodies`: one for each of robots(), in their order;
+    /// Moves all robots held for `step_s`. `bodies`: one for each of them, ascending by robot;
     /// with `kind` as Grouping::choose() wants it; `pairs`: of those that may touch each other,
     /// ascending; `objects`: those that bodies of the kind ISLAND may touch, or that move.
     void step(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
@@ -68,14 +61,13 @@ class Contacts {
     void step_islands(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
                       double step_s);
     bool fixed(const ContactBody &body) const;
-    ContactSide drive(size_t i, ContactBody &body, double step_s);
-    void step_alone(size_t i, ContactBody &body, double step_s);
-    void step_pair(size_t i, ContactBody &one, size_t k, ContactBody &other, double step_s);
-    void add_to_islands(size_t i, ContactBody &body);
+    ContactSide drive(ContactBody &body, double step_s);
+    void step_alone(ContactBody &body, double step_s);
+    void step_pair(ContactBody &one, ContactBody &other, double step_s);
+    void add_to_islands(ContactBody &body);
 
     std::vector<DrivenBody> driven_;  ///< by robot
-    std::vector<uint8_t> held_;       ///< by robot: whether it is in robots_
-    std::vector<uint32_t> robots_;    ///< held and removed ones, ascending but for those just added
+    std::vector<uint8_t> held_;       ///< by robot
     bool gives_way_;
     ClosedForm closed_form_;
     Grouping grouping_;

@@ -17,7 +17,7 @@
 
 namespace kilotwin {
 
-/// A robot near a contact, for one step. In the order of Contacts::robots().
+/// A robot near a contact, for one step. Those of a step are ascending by robot.
 struct ContactBody {
     /// The contact that it has. ISLAND: several, or one with an object; set by the caller, or by
     /// Grouping.
@@ -30,6 +30,7 @@ struct ContactBody {
     bool at_wall = false;          ///< may touch a wall within the step
     bool touches = false;          ///< NONE, WALL, ROBOT: touches it, as far as is known
     bool uncertain = false;        ///< may touch something else; set by Grouping::choose()
+    uint32_t robot = 0;            ///< index
     uint32_t other = 0;            ///< ROBOT: position of the other one in the list
     uint32_t member = 0;           ///< ISLAND: position in Islands::bodies, set by step()
     Eigen::Vector2d normal{1, 0};  ///< WALL, ROBOT: unit vector towards it

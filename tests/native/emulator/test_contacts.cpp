@@ -53,10 +53,12 @@ std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
         way.change(0, drives[i]);
         contacts.add(i, way, 0);
     }
-    contacts.update();
     for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
         std::vector<ContactBody> bodies;
-        for (uint32_t i = 0; i < count; i++) bodies.push_back({poses[i], free(i)});
+        for (uint32_t i = 0; i < count; i++) {
+            bodies.push_back({poses[i], free(i)});
+            bodies.back().robot = i;
+        }
         contacts.step(bodies, {}, {}, step_s);
         for (uint32_t i = 0; i < count; i++) {
             poses[i].position += bodies[i].moved.by;
@@ -362,10 +364,10 @@ TEST_CASE("a robot that leaves an island and joins one again elsewhere goes on f
     const Scene scene(square_hall(10));
     Contacts contacts(scene.def.arena, scene.def.profile, 0.1, 0.11, 3);
     for (uint32_t i = 0; i < 3; i++) contacts.add(i, Trajectory(0, Pose()), 0);
-    contacts.update();
     auto step = [&](double y, double spacing, Kind kind) {
         std::vector<ContactBody> bodies(3);
-        for (int i = 0; i < 3; i++) {
+        for (uint32_t i = 0; i < 3; i++) {
+            bodies[i].robot = i;
             bodies[i].pose.position = {spacing * i, y};
             bodies[i].kind = kind;
         }
