@@ -42,7 +42,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       unlisted_for_(whole_steps(
           (std::max(reach_m, contact_reach_m()) - contact_reach_m()) / (2 * fastest_m_s_), step)),
       objects_(objects_of(objects)),
-      contacts_(arena, profile, chassis_.fastest_m_s(), fastest_m_s_, poses.size(), objects_),
+      contacts_(arena, profile, team, chassis_.fastest_m_s(), fastest_m_s_, poses.size(), objects_),
       lists_(std::max(reach_m, contact_reach_m()),
              std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
       lists_due_(begin),
@@ -56,6 +56,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       commands_(poses.size()),
       candidates_(poses.size()),
       shares_(team.size()) {
+    crowd_.shares.resize(team.size());
     trajectories_.reserve(poses.size());
     places_.reserve(poses.size());
     for (const Pose &pose : poses) {

@@ -155,7 +155,6 @@ class Bodies {
         std::vector<uint32_t> held;  ///< by contacts_
         std::vector<uint32_t> held_so_far;
         std::vector<uint32_t> pushed;  ///< of those held
-        size_t first_body = 0;         ///< of those held, in contact_bodies_
         double drift_square = 0;       ///< the longest since the lists were made, squared
         double shift_square = 0;       ///< the longest in this step of those near a contact
         Overlaps overlaps;             ///< so far
@@ -174,7 +173,7 @@ class Bodies {
         RobotList robots;
         // Places of the one robot in lists of a step, if it is there.
         uint32_t before_slot = 0;  ///< position in before_
-        uint32_t body_slot = 0;    ///< position in contact_bodies_
+        uint32_t body_slot = 0;    ///< position in crowd_
     };
     /// The robots around an object when a list of them was made.
     struct Surroundings {
@@ -249,8 +248,8 @@ class Bodies {
     void fill_body(ContactBody &body, uint32_t robot);
     /// A body goes on from where the contact left it.
     void take_moved(ContactBody &body, Cycles end);
-    void take_all_moved(Share &share);
-    void find_body_pairs();
+    void take_all_moved(Share &share, const Crowd::Share &crowd);
+    void find_body_pairs(const Share &share, Crowd::Share &crowd) const;
     void find_wall_contacts(ContactBody &body) const;
     void record_overlap(Share &share, double gap_m) const;  ///< if it is negative
 
@@ -300,8 +299,7 @@ class Bodies {
     std::vector<uint32_t> added_;  ///< robots that touch since another does, as they were found
     size_t next_added_ = 0;        ///< the next of them whose neighbours are looked at
     std::vector<uint32_t> pushed_;
-    std::vector<ContactBody> contact_bodies_;  ///< of the robots held by contacts_
-    std::vector<ContactPair> body_pairs_;      ///< of contact_bodies_
+    Crowd crowd_;  ///< the robots held by contacts_
     std::vector<Islands::PushedObject> pushed_objects_;
     std::vector<uint8_t> at_object_;  ///< by robot: whether it may touch an object that takes part
     double longest_shift_m_ = 0;  ///< of a robot held by contacts_, in the last step or this one

@@ -195,11 +195,12 @@ void Bodies::update_contacts() {
         shares_[team_.share_of(robot, size())].touching.push_back(robot);
     team_.share([this](uint32_t share) { hold_touching(shares_[share]); });
     size_t bodies = 0;
-    for (Share &share : shares_) {
-        share.first_body = bodies;
-        bodies += share.held.size();
+    for (size_t i = 0; i < shares_.size(); i++) {
+        crowd_.shares[i].begin = static_cast<uint32_t>(bodies);
+        bodies += shares_[i].held.size();
+        crowd_.shares[i].end = static_cast<uint32_t>(bodies);
     }
-    contact_bodies_.resize(bodies);
+    crowd_.bodies.resize(bodies);
 }
 
 /// Those of a share.
@@ -234,22 +235,21 @@ void Bodies::hold_touching(Share &share) {
 void Bodies::step_contacts() {
     pushed_.clear();
     take_pushed_objects();
-    if (contact_bodies_.empty() && pushed_objects_.empty()) {
+    if (crowd_.bodies.empty() && pushed_objects_.empty()) {
         longest_shift_m_ = 0;
         return;
     }
-    team_.share([this](uint32_t number) {
-        const Share &share = shares_[number];
-        for (size_t i = 0; i < share.held.size(); i++) {
-            ContactBody &body = contact_bodies_[share.first_body + i];
-            candidates_[share.held[i]].body_slot = static_cast<uint32_t>(share.first_body + i);
-            fill_body(body, share.held[i]);
+    team_.share([this](uint32_t share) {
+        uint32_t slot = crowd_.shares[share].begin;
+        for (const uint32_t robot : shares_[share].held) {
+            candidates_[robot].body_slot = slot;
+            fill_body(crowd_.bodies[slot++], robot);
         }
     });
-    find_body_pairs();
-    contacts_.step(contact_bodies_, body_pairs_, pushed_objects_, seconds(step_));
-    solver_steps_ += contact_bodies_.size();
-    team_.share([this](uint32_t share) { take_all_moved(shares_[share]); });
+    team_.share([this](uint32_t share) { find_body_pairs(shares_[share], crowd_.shares[share]); });
+    contacts_.step(crowd_, pushed_objects_, seconds(step_));
+    solver_steps_ += crowd_.bodies.size();
+    team_.share([this](uint32_t share) { take_all_moved(shares_[share], crowd_.shares[share]); });
     double square = 0;
     for (const Share &share : shares_) {
         square = std::max(square, share.shift_square);
@@ -271,7 +271,6 @@ void Bodies::step_contacts() {
 
 /// A robot as it would go if nothing touched it.
 void Bodies::fill_body(ContactBody &body, uint32_t robot) {
-    if (prefetches(size())) contacts_.prefetch(robot);
     const double heading = trajectory_before(robot).heading(now_);
     const double then = trajectories_[robot].heading(now_ + step_);
     body.robot = robot;
@@ -281,11 +280,11 @@ void Bodies::fill_body(ContactBody &body, uint32_t robot) {
     if (!at_object_.empty() && at_object_[robot]) body.kind = ContactBody::Kind::ISLAND;
 }
 
-void Bodies::take_all_moved(Share &share) {
+void Bodies::take_all_moved(Share &share, const Crowd::Share &crowd) {
     share.pushed.clear();
     share.shift_square = 0;
-    for (size_t i = share.first_body; i < share.first_body + share.held.size(); i++) {
-        ContactBody &body = contact_bodies_[i];
+    for (uint32_t i = crowd.begin; i < crowd.end; i++) {
+        ContactBody &body = crowd_.bodies[i];
         take_moved(body, now_ + step_);
         const auto &[by, turn] = body.moved;
         share.shift_square =
@@ -309,16 +308,15 @@ void Bodies::take_moved(ContactBody &body, Cycles end) {
     body.gap_m = arena_.wall_gap(pose.position) - radius_m_;
 }
 
-/// Finds which robots held by contacts_ may touch each other within this step.
-void Bodies::find_body_pairs() {
+/// Finds which robots held by contacts_ may touch each other within this step: those of a share.
+void Bodies::find_body_pairs(const Share &share, Crowd::Share &crowd) const {
     // A pushed robot moves no farther than the fastest of those that push it.
     const double most_m = 2 * longest_shift_m_ + margin_m_;
-    body_pairs_.clear();
-    for (const Share &share : shares_)
-        for (const auto &[one, other, distance_m] : share.pairs)
-            if (distance_m - 2 * radius_m_ <= most_m)
-                body_pairs_.push_back(
-                    {candidates_[one].body_slot, candidates_[other].body_slot, distance_m});
+    crowd.pairs.clear();
+    for (const auto &[one, other, distance_m] : share.pairs)
+        if (distance_m - 2 * radius_m_ <= most_m)
+            crowd.pairs.push_back(
+                {candidates_[one].body_slot, candidates_[other].body_slot, distance_m});
 }
 
 void Bodies::find_wall_contacts(ContactBody &body) const {

@@ -290,7 +290,8 @@ void Box2DSolver::forget(uint32_t robot) {
     disc.enabled = 0;
 }
 
-void Box2DSolver::solve(Islands &islands, double step_s) {
+void Box2DSolver::solve(std::vector<Islands> &shares, double step_s) {
+    Islands &islands = shares.front();
     box2d_->update_enabled(islands);
     box2d_->update_things(islands);
     if (islands.bodies.empty() && islands.objects.empty()) return;
@@ -322,7 +323,8 @@ void Box2DSolver::keep_off_walls(Islands::Body &body) const {
 
 void Box2DSolver::step_once(Islands &islands, double step_s) {
     auto &b = *box2d_;
-    const auto [rounds, sub_steps] = divide(islands, step_s, swept_m(islands, step_s));
+    const auto [rounds, sub_steps] =
+        divide(closeness(islands, swept_m(islands, step_s)), step_s, !islands.objects.empty());
     const double round_s = step_s / rounds;
     for (auto &body : islands.bodies) {
         if (body.driven.change_wanted(body.free.velocity(step_s)))

@@ -29,7 +29,8 @@ class Box2DSolver final : public IslandSolver {
 
     /// NORMAL: a Box2D step for each round, all islands at once (Division).
     /// ORACLE: as the drives' law is written, tick by tick, 16 sub-steps each.
-    void solve(Islands &islands, double step_s) override;
+    void solve(std::vector<Islands> &shares, double step_s) override;
+    bool solves_by_shares() const override { return false; }
     void forget(uint32_t robot) override;
 
   private:

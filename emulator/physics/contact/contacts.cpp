@@ -6,25 +6,28 @@ namespace kilotwin {
 
 namespace {
 
-std::unique_ptr<IslandSolver> solver_for(const Arena &arena, const Mechanics &mechanics,
+std::unique_ptr<IslandSolver> solver_for(const Arena &arena, const Mechanics &mechanics, Team &team,
                                          size_t robots, const std::vector<Object> &objects,
                                          Box2DSolver::Accuracy accuracy) {
     if (objects.empty() && accuracy == Box2DSolver::Accuracy::NORMAL)
-        return std::make_unique<DiscSolver>(arena, mechanics);
+        return std::make_unique<DiscSolver>(arena, mechanics, team);
     return std::make_unique<Box2DSolver>(arena, mechanics, robots, objects, accuracy);
 }
 
 }  // namespace
 
-Contacts::Contacts(const Arena &arena, const Profile &profile, double drive_m_s, double fastest_m_s,
-                   size_t robots, const std::vector<Object> &objects,
+Contacts::Contacts(const Arena &arena, const Profile &profile, Team &team, double drive_m_s,
+                   double fastest_m_s, size_t robots, const std::vector<Object> &objects,
                    Box2DSolver::Accuracy accuracy)
-    : driven_(robots),
+    : team_(team),
+      driven_(robots),
       held_(robots, false),
       gives_way_(profile.gives_way),
       closed_form_{{profile.radius_m, profile.mass_kg, profile.push_m_s2, drive_m_s, fastest_m_s}},
-      grouping_(arena, profile.radius_m),
-      solver_(solver_for(arena, closed_form_.mechanics, robots, objects, accuracy)) {}
+      grouping_(arena, profile.radius_m, team),
+      before_(team.size()),
+      solver_(solver_for(arena, closed_form_.mechanics, team, robots, objects, accuracy)),
+      islands_(team.size()) {}
 
 // It goes on as its trajectory did: turned from the robot's frame into the world's.
 void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
@@ -41,61 +44,93 @@ void Contacts::forget(uint32_t robot) {
     solver_->forget(robot);
 }
 
-void Contacts::step(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
-                    const std::vector<Islands::PushedObject> &objects, double step_s) {
+void Contacts::step(Crowd &crowd, const std::vector<Islands::PushedObject> &objects,
+                    double step_s) {
     force_ = closed_form_.mechanics.change_in(step_s);
-    grouping_.choose(bodies, pairs);
-    step_in_closed_form(bodies, pairs, step_s);
-    if (!before_.empty() && grouping_.find_missed(bodies, pairs)) {
-        size_t next = 0;
-        for (size_t i = 0; i < bodies.size(); i++) {
-            if (!bodies[i].uncertain) continue;
-            if (bodies[i].kind == ContactBody::Kind::ISLAND)
-                driven_[bodies[i].robot] = before_[next];
-            next++;
-        }
-    }
-    islands_.objects.clear();
-    for (const auto &pushed : objects) islands_.objects.push_back(pushed);
-    step_islands(bodies, pairs, step_s);
+    grouping_.find_groups(crowd);
+    team_.share([&](uint32_t share) {
+        grouping_.choose(crowd, share);
+        step_in_closed_form(crowd, share, step_s);
+        take_back_missed(crowd, share);
+        if (solver_->solves_by_shares()) list_islands(crowd, share);
+    });
+    if (!solver_->solves_by_shares()) list_all_islands(crowd);
+    islands_[0].objects.clear();
+    for (const auto &pushed : objects) islands_[0].objects.push_back(pushed);
+    solver_->solve(islands_, step_s);
+    for (const Islands &islands : islands_) island_steps_ += islands.bodies.size();
 }
 
-void Contacts::step_in_closed_form(std::vector<ContactBody> &bodies,
-                                   const std::vector<ContactPair> &pairs, double step_s) {
+void Contacts::step_in_closed_form(Crowd &crowd, uint32_t share, double step_s) {
     using Kind = ContactBody::Kind;
-    before_.clear();
-    for (size_t i = 0; i < bodies.size(); i++) {
-        if (bodies[i].uncertain) before_.push_back(driven_[bodies[i].robot]);
-        const auto kind = bodies[i].kind;
-        if (kind == Kind::NONE || kind == Kind::WALL) step_alone(bodies[i], step_s);
-    }
-    for (const auto &[one, other, distance_m] : pairs)
+    constexpr uint32_t SOON = 4;
+    auto &bodies = crowd.bodies;
+    auto &before = before_[share].driven;
+    before.clear();
+    const bool prefetched = prefetches(driven_.size());
+    grouping_.for_each_body(crowd, share, [&](uint32_t i) {
+        if (prefetched && i + SOON < bodies.size()) prefetch(bodies[i + SOON].robot);
+        ContactBody &body = bodies[i];
+        if (body.uncertain) before.push_back(driven_[body.robot]);
+        if (body.kind == Kind::NONE || body.kind == Kind::WALL) step_alone(body, step_s);
+    });
+    grouping_.for_each_pair(crowd, share, [&](const ContactPair &pair) {
+        const auto [one, other, distance_m] = pair;
         if (bodies[one].kind == Kind::ROBOT && bodies[one].other == other)
             step_pair(bodies[one], bodies[other], step_s);
+    });
 }
 
-void Contacts::step_islands(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
-                            double step_s) {
-    using Kind = ContactBody::Kind;
-    islands_.bodies.clear();
-    islands_.pairs.clear();
-    for (size_t i = 0; i < bodies.size(); i++)
-        if (bodies[i].kind == Kind::ISLAND) add_to_islands(bodies[i]);
-    for (const auto &[one, other, distance_m] : pairs)
-        if (bodies[one].kind == Kind::ISLAND)
-            islands_.pairs.push_back({bodies[one].member, bodies[other].member});
-    solver_->solve(islands_, step_s);
-    island_steps_ += islands_.bodies.size();
+/// Bodies that are in islands after all are driven again as they were before they moved.
+void Contacts::take_back_missed(Crowd &crowd, uint32_t share) {
+    const auto &before = before_[share].driven;
+    if (before.empty() || !grouping_.find_missed(crowd, share)) return;
+    auto next = before.begin();
+    grouping_.for_each_body(crowd, share, [&](uint32_t i) {
+        const ContactBody &body = crowd.bodies[i];
+        if (!body.uncertain) return;
+        if (body.kind == ContactBody::Kind::ISLAND) driven_[body.robot] = *next;
+        ++next;
+    });
 }
 
-/// The body takes part in an island; which one, the solver finds from the pairs.
-void Contacts::add_to_islands(ContactBody &body) {
-    body.member = static_cast<uint32_t>(islands_.bodies.size());
+/// Lists the islands of a share's groups.
+void Contacts::list_islands(Crowd &crowd, uint32_t share) {
+    Islands &islands = islands_[share];
+    islands.bodies.clear();
+    islands.pairs.clear();
+    grouping_.for_each_body(crowd, share,
+                            [&](uint32_t i) { add_to_islands(islands, crowd.bodies[i]); });
+    grouping_.for_each_pair(crowd, share, [&](const ContactPair &pair) {
+        add_to_islands(islands, crowd.bodies, pair);
+    });
+}
+
+/// Lists all islands as one share's.
+void Contacts::list_all_islands(Crowd &crowd) {
+    Islands &islands = islands_[0];
+    islands.bodies.clear();
+    islands.pairs.clear();
+    for (ContactBody &body : crowd.bodies) add_to_islands(islands, body);
+    for (const Crowd::Share &share : crowd.shares)
+        for (const ContactPair &pair : share.pairs) add_to_islands(islands, crowd.bodies, pair);
+}
+
+/// A body that takes part in an island; which one, the solver finds from the pairs.
+void Contacts::add_to_islands(Islands &islands, ContactBody &body) {
+    if (body.kind != ContactBody::Kind::ISLAND) return;
+    body.member = static_cast<uint32_t>(islands.bodies.size());
     body.moved = {};
     auto &driven = driven_[body.robot];
     if (fixed(body)) driven = {};
-    islands_.bodies.push_back(
+    islands.bodies.push_back(
         {body.robot, fixed(body), body.at_wall, body.pose, body.free, driven, body.moved});
+}
+
+void Contacts::add_to_islands(Islands &islands, const std::vector<ContactBody> &bodies,
+                              const ContactPair &pair) {
+    if (bodies[pair.one].kind == ContactBody::Kind::ISLAND)
+        islands.pairs.push_back({bodies[pair.one].member, bodies[pair.other].member});
 }
 
 /// Whether it stands, and cannot be pushed.

@@ -26,9 +26,9 @@ namespace kilotwin {
 class Contacts {
   public:
     /// `drive_m_s`: speed of the fastest drive; `fastest_m_s`: limit for pushed robots; `robots`:
-    /// their number. `arena` must outlive this. Any accuracy but NORMAL is Box2D's.
-    Contacts(const Arena &arena, const Profile &profile, double drive_m_s, double fastest_m_s,
-             size_t robots, const std::vector<Object> &objects = {},
+    /// their number. `arena` and `team` must outlive this. Any accuracy but NORMAL is Box2D's.
+    Contacts(const Arena &arena, const Profile &profile, Team &team, double drive_m_s,
+             double fastest_m_s, size_t robots, const std::vector<Object> &objects = {},
              Box2DSolver::Accuracy accuracy = Box2DSolver::Accuracy::NORMAL);
 
     /// Prefetches what step() needs of a robot.
@@ -46,35 +46,42 @@ class Contacts {
     /// Lets a robot go that is elsewhere now, if it is held.
     void forget(uint32_t robot);
 
-    /// Moves all robots held for `step_s`. `bodies`: one for each of them, ascending by robot;
-    /// with `kind` as Grouping::choose() wants it; `pairs`: of those that may touch each other,
-    /// ascending; `objects`: those that bodies of the kind ISLAND may touch, or that move.
-    void step(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
-              const std::vector<Islands::PushedObject> &objects, double step_s);
+    /// Moves all robots held for `step_s`. `crowd` has a body for each of them, with `kind` as
+    /// Grouping::choose() wants it; `objects`: those that bodies of the kind ISLAND may touch, or
+    /// that move.
+    void step(Crowd &crowd, const std::vector<Islands::PushedObject> &objects, double step_s);
 
     /// Robots that the solver moved, times steps, so far.
     uint64_t island_steps() const { return island_steps_; }
 
   private:
-    void step_in_closed_form(std::vector<ContactBody> &bodies,
-                             const std::vector<ContactPair> &pairs, double step_s);
-    void step_islands(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
-                      double step_s);
+    /// Of one share.
+    struct alignas(64) Before {
+        std::vector<DrivenBody> driven;  ///< of uncertain bodies, before they moved in this step
+    };
+
+    void step_in_closed_form(Crowd &crowd, uint32_t share, double step_s);
+    void take_back_missed(Crowd &crowd, uint32_t share);
+    void list_islands(Crowd &crowd, uint32_t share);
+    void list_all_islands(Crowd &crowd);
+    void add_to_islands(Islands &islands, ContactBody &body);
+    void add_to_islands(Islands &islands, const std::vector<ContactBody> &bodies,
+                        const ContactPair &pair);
     bool fixed(const ContactBody &body) const;
     ContactSide drive(ContactBody &body, double step_s);
     void step_alone(ContactBody &body, double step_s);
     void step_pair(ContactBody &one, ContactBody &other, double step_s);
-    void add_to_islands(ContactBody &body);
 
+    Team &team_;
     std::vector<DrivenBody> driven_;  ///< by robot
     std::vector<uint8_t> held_;       ///< by robot
     bool gives_way_;
     ClosedForm closed_form_;
     Grouping grouping_;
-    Mechanics::Change force_{};       ///< of this step
-    std::vector<DrivenBody> before_;  ///< of uncertain bodies, before they moved in this step
+    Mechanics::Change force_{};   ///< of this step
+    std::vector<Before> before_;  ///< by share
     std::unique_ptr<IslandSolver> solver_;
-    Islands islands_;
+    std::vector<Islands> islands_;  ///< by share
     uint64_t island_steps_ = 0;
 };
 

@@ -10,16 +10,23 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/team.h"
 #include "physics/contact/island_solver.h"
 
 namespace kilotwin {
 
 class DiscSolver final : public IslandSolver {
   public:
-    DiscSolver(const Arena &arena, const Mechanics &mechanics) : IslandSolver(arena, mechanics) {}
+    /// `arena` and `team` must live on.
+    DiscSolver(const Arena &arena, const Mechanics &mechanics, Team &team)
+        : IslandSolver(arena, mechanics),
+          team_(team),
+          shares_(team.size()) {}
 
-    /// `islands` has no objects. Time in proportion to bodies and pairs, times sub-steps.
-    void solve(Islands &islands, double step_s) override;
+    /// Islands have no objects. Time in proportion to bodies and pairs, times sub-steps; each member
+    /// does its share of them.
+    void solve(std::vector<Islands> &islands, double step_s) override;
+    bool solves_by_shares() const override { return true; }
     void forget(uint32_t robot) override;
 
   private:
@@ -63,36 +70,56 @@ class DiscSolver final : public IslandSolver {
         Impulses impulses;
     };
 
-    void take_bodies(const Islands &islands);
-    void set_drives(const Islands &islands, double sub_step_s);
-    void find_contacts(const Islands &islands, double round_s);
-    void find_walls(const Islands &islands, double round_s);
-    void add_contact(uint32_t one, uint32_t other, const Eigen::Vector2d &normal, double gap_m,
-                     uint64_t key);
-    void keep_impulses();
-    void sub_step(double sub_step_s);
-    void warm_start();
-    void push_apart(double sub_step_s);
-    void relax(double sub_step_s);
-    void give_back(Islands &islands);
+    /// Islands of one share.
+    struct alignas(64) Share {
+        std::vector<Disc> discs;  ///< by body, and the walls
+        std::vector<Drive> drives;
+        std::vector<Contact> contacts;  ///< of this round
+        std::vector<uint64_t> keys;     ///< of contacts, ascending
+        std::vector<AtWall> at_walls;   ///< scratch of find_walls()
+        std::vector<Kept> kept;         ///< of the last round, ascending by key
+        Closeness closeness;
 
-    /// The disc that is all walls.
-    uint32_t walls() const { return static_cast<uint32_t>(discs_.size() - 1); }
-    double gap_now_m(const Contact &contact) const {
-        return contact.gap_m +
-               contact.normal.dot(discs_[contact.other].way - discs_[contact.one].way);
-    }
-    /// Changes the accumulated normal impulse by no more than what keeps it from pulling.
-    void push(Contact &contact, double impulse);
-    void rub(Contact &contact, double impulse);
+        /// The disc that is all walls.
+        uint32_t walls() const { return static_cast<uint32_t>(discs.size() - 1); }
+        double gap_now_m(const Contact &contact) const {
+            return contact.gap_m +
+                   contact.normal.dot(discs[contact.other].way - discs[contact.one].way);
+        }
+        /// Changes the accumulated normal impulse by no more than what keeps it from pulling.
+        void push(Contact &contact, double impulse);
+        void rub(Contact &contact, double impulse);
 
-    std::vector<Disc> discs_;  ///< by body, and the walls
-    std::vector<Drive> drives_;
-    std::vector<Contact> contacts_;  ///< of this round
-    std::vector<uint64_t> keys_;     ///< of contacts_, ascending
-    std::vector<AtWall> at_walls_;   ///< scratch of find_walls()
-    std::vector<Kept> kept_;         ///< of the last round, ascending by key
-    size_t next_kept_ = 0;
+        // The parts of a sub-step.
+        void drive();
+        void warm_start();
+        void push_apart(double sub_step_s, double part_m_s);
+        void go_on(double sub_step_s, double fastest_m_s);
+        void relax(double sub_step_s);
+    };
+    /// Impulses of the last round, and how far they are used: contacts come ascending.
+    struct KeptSoFar {
+        const std::vector<Kept> &kept;
+        size_t next = 0;
+        Impulses of(uint64_t key);
+    };
+
+    void solve_share(Share &share, Islands &islands, const Division &division, double step_s) const;
+    void take_bodies(Share &share, Islands &islands, double step_s) const;
+    void set_drives(Share &share, const Islands &islands, double sub_step_s) const;
+    void find_contacts(Share &share, const Islands &islands, double round_s,
+                       const std::vector<Kept> &kept) const;
+    void find_walls(Share &share, const Islands &islands, double round_s, KeptSoFar &kept) const;
+    static void add_contact(Share &share, uint32_t one, uint32_t other,
+                            const Eigen::Vector2d &normal, double gap_m, uint64_t key,
+                            KeptSoFar &kept);
+    static void keep_impulses(Share &share);
+    void give_back(const Share &share, Islands &islands) const;
+    void merge_kept();
+
+    Team &team_;
+    std::vector<Share> shares_;
+    std::vector<Kept> kept_;  ///< of the last step, ascending by key
 };
 
 }  // namespace kilotwin

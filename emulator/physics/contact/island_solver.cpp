@@ -15,6 +15,8 @@ constexpr double LOOSE_SUB_STEPS = 0.75, LOOSE_OVERLAP = 0.004;
 constexpr double TIGHT_SUB_STEPS = 3, TIGHT_OVERLAP = 0.008;
 constexpr int LEAST_SUB_STEPS = 2;  // of one step
 
+constexpr double PICOMETRE = 1e-12;
+
 // A robot overlaps with a wall by no more than this, in diameters. In an acute nook its drive
 // wedges it in: friction holds it against soft contacts, which push it out, and each push takes
 // it deeper.
@@ -30,17 +32,20 @@ int sub_steps_of(double time_s, double overlap) {
 
 }  // namespace
 
-IslandSolver::Division IslandSolver::divide(const Islands &islands, double step_s,
-                                            double swept_m) const {
+void IslandSolver::Closeness::add(const Closeness &other) {
+    closing_m = std::max(closing_m, other.closing_m);
+    overlaps_pm += other.overlaps_pm;
+    overlapping += other.overlapping;
+}
+
+IslandSolver::Closeness IslandSolver::closeness(const Islands &islands, double swept_m) const {
     const double touch_m = 2 * mechanics_.radius_m;
     const double seen_m = SEEN_RADII * mechanics_.radius_m, found_m = touch_m + seen_m;
-    const bool has_objects = swept_m >= 0;
-    double closing_m = 0;  // farthest that bodies close in it that are not seen as it begins
-    double overlaps_m = 0;
-    int overlapping = 0;
+    Closeness found;
     for (const auto &body : islands.bodies)
-        if (body.at_wall || has_objects)
-            closing_m = std::max(closing_m, body.free.by.norm() + std::max(swept_m, 0.0));
+        if (body.at_wall || swept_m >= 0)
+            found.closing_m =
+                std::max(found.closing_m, body.free.by.norm() + std::max(swept_m, 0.0));
     for (const auto &[one, other] : islands.pairs) {
         const auto &a = islands.bodies[one], &b = islands.bodies[other];
         const Eigen::Vector2d apart = b.pose.position - a.pose.position;
@@ -48,17 +53,26 @@ IslandSolver::Division IslandSolver::divide(const Islands &islands, double step_
         if (square > touch_m * touch_m && square <= found_m * found_m) continue;
         const double distance_m = std::sqrt(square), gap_m = distance_m - touch_m;
         if (gap_m <= 0) {
-            overlaps_m -= gap_m;
-            overlapping++;
+            found.overlaps_pm += static_cast<int64_t>(-gap_m / PICOMETRE);
+            found.overlapping++;
             continue;
         }
         const double closes_m = apart.dot(a.free.by - b.free.by) / distance_m;
-        if (closes_m > gap_m) closing_m = std::max(closing_m, closes_m);
+        if (closes_m > gap_m) found.closing_m = std::max(found.closing_m, closes_m);
     }
-    const int rounds = std::max(1, static_cast<int>(std::ceil(closing_m / seen_m)));
-    const double overlap = has_objects       ? TIGHT_OVERLAP
-                           : overlapping > 0 ? overlaps_m / overlapping / touch_m
-                                             : 0;
+    return found;
+}
+
+IslandSolver::Division IslandSolver::divide(const Closeness &of_all, double step_s,
+                                            bool has_objects) const {
+    const double seen_m = SEEN_RADII * mechanics_.radius_m;
+    const int rounds = std::max(1, static_cast<int>(std::ceil(of_all.closing_m / seen_m)));
+    double overlap = 0;
+    if (has_objects)
+        overlap = TIGHT_OVERLAP;
+    else if (of_all.overlapping > 0)
+        overlap = static_cast<double>(of_all.overlaps_pm) * PICOMETRE /
+                  static_cast<double>(of_all.overlapping) / (2 * mechanics_.radius_m);
     return {rounds, sub_steps_of(step_s / rounds, overlap)};
 }
 

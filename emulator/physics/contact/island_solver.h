@@ -4,6 +4,9 @@
 #ifndef KILOTWIN_PHYSICS_CONTACT_ISLAND_SOLVER_H
 #define KILOTWIN_PHYSICS_CONTACT_ISLAND_SOLVER_H
 
+#include <cstdint>
+#include <vector>
+
 #include "physics/arena.h"
 #include "physics/contact/islands.h"
 
@@ -15,10 +18,14 @@ class IslandSolver {
     IslandSolver(const IslandSolver &) = delete;
     IslandSolver &operator=(const IslandSolver &) = delete;
 
-    /// Moves all bodies for `step_s`, a whole number of ticks: sets `moved` and the velocities.
-    /// To be called once a world step, also without bodies: what is known of a body is kept as long
-    /// as that body is in each call. Equal input, in equal order, gives equal bits.
-    virtual void solve(Islands &islands, double step_s) = 0;
+    /// Whether each share of a team has its own islands; else all are the first one's.
+    virtual bool solves_by_shares() const = 0;
+
+    /// Moves the bodies of all shares for `step_s`, a whole number of ticks: sets `moved` and the
+    /// velocities. To be called once a world step, also without bodies: what is known of a body is
+    /// kept as long as that body is in each call. Equal input, in equal order, gives equal bits,
+    /// however islands are cut into shares.
+    virtual void solve(std::vector<Islands> &shares, double step_s) = 0;
 
     /// Drops what is known of a robot that is elsewhere now.
     virtual void forget(uint32_t robot) = 0;
@@ -35,9 +42,18 @@ class IslandSolver {
     struct Division {
         int rounds, sub_steps;
     };
+    /// What that depends on, of some islands.
+    struct Closeness {
+        double closing_m = 0;  ///< farthest that two close that are not seen as the step begins
+        int64_t overlaps_pm =
+            0;  ///< of those that overlap, in all: whole, so that order is nothing
+        int64_t overlapping = 0;  ///< how many those are
+        void add(const Closeness &other);
+    };
     /// `swept_m`: how far the fastest object goes in the step; below 0 without objects. With them
     /// contacts are as stiff as can be.
-    Division divide(const Islands &islands, double step_s, double swept_m) const;
+    Closeness closeness(const Islands &islands, double swept_m) const;
+    Division divide(const Closeness &of_all, double step_s, bool has_objects) const;
 
     /// Where a robot is moved to that overlaps too much with a wall: `at` if it does not.
     Eigen::Vector2d kept_off_walls(Eigen::Vector2d at) const;

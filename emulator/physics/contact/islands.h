@@ -13,7 +13,7 @@
 
 namespace kilotwin {
 
-/// All islands of one step.
+/// Islands of one step: all, or those of a share of a team (grouping.h).
 struct Islands {
     struct Body {
         uint32_t robot;     ///< index

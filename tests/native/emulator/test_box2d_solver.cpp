@@ -28,7 +28,8 @@ constexpr auto ALL = {Kind::DISCS, Kind::BOX2D, Kind::ORACLE};
 std::unique_ptr<IslandSolver> solver_of(Kind kind, const Arena &arena, const Mechanics &mechanics,
                                         size_t robots) {
     using Accuracy = Box2DSolver::Accuracy;
-    if (kind == Kind::DISCS) return std::make_unique<DiscSolver>(arena, mechanics);
+    static Team alone;
+    if (kind == Kind::DISCS) return std::make_unique<DiscSolver>(arena, mechanics, alone);
     const auto accuracy = kind == Kind::ORACLE ? Accuracy::ORACLE : Accuracy::NORMAL;
     return std::make_unique<Box2DSolver>(arena, mechanics, robots, std::vector<Object>{}, accuracy);
 }
@@ -43,11 +44,12 @@ std::vector<double> moved_m(double velocity_m_s, Kind kind) {
     std::vector<Shift> moved(4);
     const Shift free{velocity.by * (TICKS * TICK_S), 0};
     const std::vector<Pose> poses = {{{0, 0}, 0}, {{0.2, 0}, 0}, {{0.4, 0}, 0}, {{0, 1}, 0}};
-    Islands islands;
+    std::vector<Islands> shares(1);
+    Islands &islands = shares[0];
     for (uint32_t i = 0; i < 4; i++)
         islands.bodies.push_back({i, false, false, poses[i], free, driven[i], moved[i]});
     islands.pairs = {{0, 1}, {1, 2}};
-    solver->solve(islands, TICKS * TICK_S);
+    solver->solve(shares, TICKS * TICK_S);
     std::vector<double> lengths;
     for (const auto &shift : moved) lengths.push_back(shift.by.norm());
     return lengths;
@@ -63,11 +65,12 @@ double gap_after_a_tick_m(double speed_m_s, double gap_m, Kind kind) {
     std::vector<Shift> moved(2);
     const Shift there{velocity.by * TICK_S, 0}, here{back.by * TICK_S, 0};
     const Pose left{{0, 0}, 0}, right{{2 * RADIUS + gap_m, 0}, PI};
-    Islands islands;
+    std::vector<Islands> shares(1);
+    Islands &islands = shares[0];
     islands.bodies.push_back({0, false, false, left, there, driven[0], moved[0]});
     islands.bodies.push_back({1, false, false, right, here, driven[1], moved[1]});
     islands.pairs = {{0, 1}};
-    solver->solve(islands, TICK_S);
+    solver->solve(shares, TICK_S);
     return gap_m + moved[1].by.x() - moved[0].by.x();
 }
 
@@ -90,12 +93,13 @@ Row pushed_row(Kind kind, bool at_wall, std::optional<uint32_t> forgets = {}) {
     for (int step = 0; step < STEPS; step++) {
         std::vector<Shift> moved(4), free(4);
         free[0].by = ahead.by * (TICKS * TICK_S);
-        Islands islands;
+        std::vector<Islands> shares(1);
+        Islands &islands = shares[0];
         for (uint32_t i = 0; i < 4; i++)
             islands.bodies.push_back(
                 {i, false, at_wall, row.poses[i], free[i], driven[i], moved[i]});
         islands.pairs = {{0, 1}, {1, 2}, {2, 3}};
-        solver->solve(islands, TICKS * TICK_S);
+        solver->solve(shares, TICKS * TICK_S);
         if (forgets && step == STEPS / 2) solver->forget(*forgets);
         for (uint32_t i = 0; i < 4; i++) {
             row.poses[i].position += moved[i].by;
@@ -160,9 +164,10 @@ TEST_CASE("no part of an object that Box2D turns is faster than the bound") {
     for (const auto accuracy : BOTH) {
         Box2DSolver solver(arena, {RADIUS, 1, 1, SPEED, FASTEST}, 0, {plate}, accuracy);
         ObjectState state{{}, {{0, 0}, 3 * FASTEST / radius_m}};
-        Islands islands;
+        std::vector<Islands> shares(1);
+        Islands &islands = shares[0];
         islands.objects.push_back({0, state});
-        solver.solve(islands, TICK_S);
+        solver.solve(shares, TICK_S);
         CHECK(state.velocity.turn > 0);
         CHECK(state.velocity.turn * radius_m <= FASTEST * (1 + 1e-5));
     }

@@ -40,8 +40,9 @@ size_t last_row(const Samples &samples) { return samples.tick.size() - 1; }
 std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
                                const std::vector<Drive> &drives, int64_t duration_ticks) {
     const double speed = scene.def.profile.speed_m_s;
-    Contacts contacts(scene.def.arena, scene.def.profile, speed, 1.1 * speed, poses.size(), {},
-                      Box2DSolver::Accuracy::ORACLE);
+    Team alone;
+    Contacts contacts(scene.def.arena, scene.def.profile, alone, speed, 1.1 * speed, poses.size(),
+                      {}, Box2DSolver::Accuracy::ORACLE);
     const double step_s = scene.def.step_ticks * TICK_S;
     auto free = [&](size_t i) {
         return Shift{direction(poses[i].heading) * drives[i].velocity.x() * step_s,
@@ -54,12 +55,13 @@ std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
         contacts.add(i, way, 0);
     }
     for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
-        std::vector<ContactBody> bodies;
+        Crowd crowd{{}, {{0, count, {}}}};
+        auto &bodies = crowd.bodies;
         for (uint32_t i = 0; i < count; i++) {
             bodies.push_back({poses[i], free(i)});
             bodies.back().robot = i;
         }
-        contacts.step(bodies, {}, {}, step_s);
+        contacts.step(crowd, {}, step_s);
         for (uint32_t i = 0; i < count; i++) {
             poses[i].position += bodies[i].moved.by;
             poses[i].heading = wrapped(poses[i].heading + bodies[i].moved.turn);
@@ -362,16 +364,18 @@ TEST_CASE("two that meet aslant and one that slides along a wall go as in a run 
 TEST_CASE("a robot that leaves an island and joins one again elsewhere goes on from there") {
     using Kind = ContactBody::Kind;
     const Scene scene(square_hall(10));
-    Contacts contacts(scene.def.arena, scene.def.profile, 0.1, 0.11, 3);
+    Team alone;
+    Contacts contacts(scene.def.arena, scene.def.profile, alone, 0.1, 0.11, 3);
     for (uint32_t i = 0; i < 3; i++) contacts.add(i, Trajectory(0, Pose()), 0);
     auto step = [&](double y, double spacing, Kind kind) {
-        std::vector<ContactBody> bodies(3);
+        Crowd crowd{std::vector<ContactBody>(3), {{0, 3, {{0, 1, spacing}, {1, 2, spacing}}}}};
+        auto &bodies = crowd.bodies;
         for (uint32_t i = 0; i < 3; i++) {
             bodies[i].robot = i;
             bodies[i].pose.position = {spacing * i, y};
             bodies[i].kind = kind;
         }
-        contacts.step(bodies, {{0, 1, spacing}, {1, 2, spacing}}, {}, 2 * TICK_S);
+        contacts.step(crowd, {}, 2 * TICK_S);
         return bodies[2].moved.by.x() - bodies[0].moved.by.x();
     };
     CHECK(std::abs(step(0, 1.1 * DIAMETER, Kind::ISLAND)) < 1e-6);

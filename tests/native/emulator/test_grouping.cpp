@@ -35,13 +35,17 @@ std::vector<ContactPair> all_pairs(const std::vector<ContactBody> &bodies) {
 
 struct Case {
     Arena arena = square_hall(4);
-    Grouping grouping{arena, RADIUS};
-    std::vector<ContactBody> bodies;
-    std::vector<ContactPair> pairs;
+    Team alone;
+    Grouping grouping{arena, RADIUS, alone};
+    Crowd crowd;
+    std::vector<ContactBody> &bodies = crowd.bodies;
 
-    explicit Case(std::vector<ContactBody> of) : bodies(std::move(of)), pairs(all_pairs(bodies)) {
-        grouping.choose(bodies, pairs);
+    explicit Case(std::vector<ContactBody> of) : crowd{std::move(of), {}} {
+        crowd.shares = {{0, static_cast<uint32_t>(bodies.size()), all_pairs(bodies)}};
+        grouping.find_groups(crowd);
+        grouping.choose(crowd, 0);
     }
+    bool find_missed() { return grouping.find_missed(crowd, 0); }
 };
 
 const Eigen::Vector2d RIGHT(0.003, 0), LEFT(-0.003, 0), STILL(0, 0);
@@ -80,12 +84,12 @@ TEST_CASE("a contact missed makes an island of its group, and of no other") {
     CHECK_FALSE(c.bodies[3].uncertain);
 
     SUBCASE("where nothing came nearer, there is none") {
-        CHECK_FALSE(c.grouping.find_missed(c.bodies, c.pairs));
+        CHECK_FALSE(c.find_missed());
         CHECK(c.bodies[1].kind == Kind::ROBOT);
     }
     SUBCASE("where the second was pushed into the third") {
         c.bodies[1].moved.by = {0.0041, 0};
-        CHECK(c.grouping.find_missed(c.bodies, c.pairs));
+        CHECK(c.find_missed());
         for (int i = 0; i < 3; i++) CHECK(c.bodies[i].kind == Kind::ISLAND);
         CHECK(c.bodies[3].kind == Kind::ROBOT);
         CHECK(c.bodies[4].kind == Kind::ROBOT);
@@ -107,9 +111,9 @@ TEST_CASE("a robot near a wall and pushed by another is looked at once more") {
     REQUIRE(c.bodies[0].kind == Kind::ROBOT);
     CHECK(c.bodies[0].uncertain);
     c.bodies[0].moved.by = {0.002, 0};
-    CHECK_FALSE(c.grouping.find_missed(c.bodies, c.pairs));
+    CHECK_FALSE(c.find_missed());
     c.bodies[0].moved.by = {0.0031, 0};
-    CHECK(c.grouping.find_missed(c.bodies, c.pairs));
+    CHECK(c.find_missed());
     CHECK(c.bodies[1].kind == Kind::ISLAND);
 
     Case at_wall({near_wall(0), body(2 - RADIUS - DIAMETER, 0, RIGHT)});
@@ -125,6 +129,59 @@ TEST_CASE("all that may touch a body at an object are in its island") {
     Case c({at_object, body(DIAMETER + 0.004, 0, STILL)});
     CHECK(c.bodies[0].kind == Kind::ISLAND);
     CHECK(c.bodies[1].kind == Kind::ISLAND);
+}
+
+TEST_CASE("bodies are grouped the same however they are cut into shares") {
+    Dice dice(5);
+    constexpr uint32_t COUNT = 300;
+    std::vector<ContactBody> bodies;
+    for (uint32_t i = 0; i < COUNT; i++) {  // neighbours are mostly of different shares
+        bodies.push_back(body(dice.between(-2, 2), dice.between(-2, 2),
+                              {dice.between(-0.02, 0.02), dice.between(-0.02, 0.02)}));
+        bodies.back().at_wall = dice.below(10) == 0;
+        if (dice.below(50) == 0) bodies.back().kind = Kind::ISLAND;
+    }
+    std::vector<ContactPair> pairs = all_pairs(bodies);
+    std::erase_if(pairs, [](const ContactPair &pair) { return pair.distance_m > 1.3 * DIAMETER; });
+
+    std::vector<ContactBody> alone;
+    for (const uint32_t members : {1u, 2u, 3u, 8u}) {
+        CAPTURE(members);
+        Team team(members, nullptr);
+        Crowd crowd{bodies, {}};
+        for (uint32_t share = 0; share < members; share++) {
+            crowd.shares.push_back({static_cast<uint32_t>(team.begin_of(share, COUNT)),
+                                    static_cast<uint32_t>(team.begin_of(share + 1, COUNT)),
+                                    {}});
+            for (const ContactPair &pair : pairs)
+                if (team.share_of(pair.one, COUNT) == share)
+                    crowd.shares[share].pairs.push_back(pair);
+        }
+        const Arena arena = square_hall(4);
+        Grouping grouping(arena, RADIUS, team);
+        grouping.find_groups(crowd);
+        team.share([&](uint32_t share) {
+            grouping.choose(crowd, share);
+            grouping.for_each_body(crowd, share, [&](uint32_t i) {
+                if (crowd.bodies[i].kind != Kind::ISLAND) crowd.bodies[i].moved = bodies[i].free;
+            });
+            grouping.find_missed(crowd, share);
+        });
+        if (members == 1) alone = crowd.bodies;
+        size_t islands = 0, singles = 0;
+        for (uint32_t i = 0; i < COUNT; i++) {
+            const ContactBody &one = alone[i], &several = crowd.bodies[i];
+            CHECK(several.kind == one.kind);
+            CHECK(several.uncertain == one.uncertain);
+            CHECK(several.touches == one.touches);
+            CHECK(several.other == one.other);
+            CHECK(several.normal == one.normal);
+            islands += one.kind == Kind::ISLAND;
+            singles += one.kind == Kind::ROBOT || one.kind == Kind::NONE;
+        }
+        CHECK(islands > 20);
+        CHECK(singles > 20);
+    }
 }
 
 }  // namespace test_grouping

@@ -27,4 +27,19 @@ TEST_CASE("one contact is its own median, and a whole robot in another is not be
     CHECK(huge.median() > 0.2);
 }
 
+TEST_CASE("overlaps that were counted apart are as if counted together") {
+    Overlaps together, all;
+    for (int part = 0; part < 3; part++) {
+        Overlaps apart;
+        for (int i = 1; i <= 20; i++) {
+            apart.add(0.001 * i * (part + 1));
+            together.add(0.001 * i * (part + 1));
+        }
+        all.add(apart);
+    }
+    CHECK(all.contacts() == together.contacts());
+    CHECK(all.worst() == together.worst());
+    CHECK(all.median() == together.median());
+}
+
 }  // namespace test_overlaps
