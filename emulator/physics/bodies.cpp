@@ -44,7 +44,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       objects_(objects_of(objects)),
       contacts_(arena, profile, team, chassis_.fastest_m_s(), fastest_m_s_, poses.size(), objects_),
       lists_(std::max(reach_m, contact_reach_m()),
-             std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
+             std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step)), team),
       lists_due_(begin),
       lists_hold_until_(begin),
       next_change_(poses.size(), NEVER),
@@ -136,7 +136,9 @@ bool Bodies::refresh_lists() {
     const bool stale = lists_stale_ || 2 * drift_m > SKIN_USED * lists_.skin_m();
     if (stale) {
         lists_stale_ = false;
-        listed_at_ = places_;
+        team_.share(size(), [this](uint32_t /*share*/, size_t begin, size_t end) {
+            std::copy(&places_[begin], &places_[begin] + (end - begin), &listed_at_[begin]);
+        });
         lists_.rebuild(places_);
         list_rebuilds_++;
         drift_m = 0;

@@ -5,24 +5,30 @@
 #define KILOTWIN_PHYSICS_NEIGHBOURS_H
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "base/memory.h"
 #include "base/prefetch.h"
+#include "base/team.h"
 
 namespace kilotwin {
 
-/// Memory: about 40 bytes a robot and 32 a pair of robots in reach, of which there may be 2^31.
+/// Memory: 5 bytes a robot and 8 a pair of robots in reach, of which there may be 2^31; while lists
+/// are made some 30 bytes a robot and 24 a pair more.
 class Neighbours {
   public:
     /// A list has all robots within `reach_m` + `skin_m` (m, above 0) at the time of rebuild().
-    Neighbours(double reach_m, double skin_m) : reach_m_(reach_m), skin_m_(skin_m) {}
+    /// `team` must outlive this.
+    Neighbours(double reach_m, double skin_m, Team &team)
+        : reach_m_(reach_m),
+          skin_m_(skin_m),
+          team_(team) {}
 
-    /// Makes all lists from the robots' positions, m. O(robots + pairs): robots are sorted into
-    /// square cells as wide as the lists reach. Memory is kept for the next time.
+    /// Makes all lists from the robots' positions, m.
+    /// O(robots + pairs): robots are sorted into square cells as wide as the lists reach; each member of
+    /// the team has a block of cells.
     void rebuild(std::span<const Eigen::Vector2d> positions);
 
     /// A view of one list. Valid until the next rebuild().
@@ -34,55 +40,39 @@ class Neighbours {
     };
 
     /// The list of `robot`, ascending, without itself.
-    List of(uint32_t robot) const { return list(ids_, begin_, robot); }
+    List of(uint32_t robot) const { return lists_.of(robot); }
 
     /// Prefetch where the list of `robot` lies, and, some turns later, the list itself.
-    void prefetch_place(uint32_t robot) const { prefetch_line(&begin_[robot]); }
-    void prefetch(uint32_t robot) const { prefetch_line(ids_.data() + begin_[robot]); }
+    void prefetch_place(uint32_t robot) const { prefetch_line(&lists_.begin[robot]); }
+    void prefetch(uint32_t robot) const { prefetch_line(lists_.ids.data() + lists_.begin[robot]); }
 
-    /// Whether the last rebuild() changed the list of `robot`. Linear in its length.
-    bool changed(uint32_t robot) const {
-        if (old_begin_.empty()) return true;
-        const List now = of(robot), before = list(old_ids_, old_begin_, robot);
-        return !std::equal(now.begin(), now.end(), before.begin(), before.end());
-    }
+    /// Whether the last rebuild() changed the list of `robot`; the first one changes all.
+    bool changed(uint32_t robot) const { return changed_[robot]; }
 
     /// The skin that it was made with, m.
     double skin_m() const { return skin_m_; }
 
   private:
-    /// Two robots in each other's lists.
-    struct Pair {
-        uint32_t one, other;
+    // While lists are made: all robots by cells, and the pairs of a share's robots.
+    class Cells;
+    struct Pairs;
+
+    /// Lists of all robots, one after the other.
+    struct Lists {
+        Swarm<uint32_t> begin;  ///< by robot: where its list begins in ids; and the end
+        Swarm<uint32_t> ids;
+        List of(uint32_t robot) const {
+            return {ids.data() + begin[robot], ids.data() + begin[robot + 1]};
+        }
     };
 
-    static List list(const Swarm<uint32_t> &ids, const Swarm<uint32_t> &begin, uint32_t robot) {
-        return {ids.data() + begin[robot], ids.data() + begin[robot + 1]};
-    }
+    Lists lists_of(std::span<const Eigen::Vector2d> positions) const;
+    void sum_up(Swarm<uint32_t> &begin) const;
 
-    // The steps of rebuild(), in order.
-    void sort_into_cells(std::span<const Eigen::Vector2d> positions);
-    void find_pairs();
-    /// Adds the pairs of the member at `place` with those from `begin` to `end`. Returns how many
-    /// pairs there are then.
-    size_t add_pairs(size_t place, size_t begin, size_t end, size_t found);
-    void list_pairs();
-
-    double reach_m_, skin_m_;    ///< see the constructor
-    Swarm<uint32_t> begin_;      ///< by robot: where its list begins in ids_; and the end
-    Swarm<uint32_t> ids_;        ///< all lists
-    Swarm<uint32_t> old_begin_;  ///< of the lists before the last rebuild()
-    Swarm<uint32_t> old_ids_;
-
-    // While lists are made.
-    size_t columns_ = 0;                   ///< of cells
-    std::vector<uint32_t> cell_;           ///< by robot
-    std::vector<size_t> first_;            ///< by cell: its first place in members_
-    std::vector<uint32_t> members_;        ///< robots by cells
-    std::vector<Eigen::Vector2d> places_;  ///< positions of members_
-    std::vector<Pair> pairs_;
-    std::vector<uint32_t> unsorted_;  ///< lists in any order
-    std::vector<uint32_t> next_;      ///< by robot: where its list goes on
+    double reach_m_, skin_m_;  ///< see the constructor
+    Team &team_;
+    Lists lists_;
+    std::vector<uint8_t> changed_;  ///< by robot
 };
 
 }  // namespace kilotwin

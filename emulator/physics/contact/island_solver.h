@@ -44,9 +44,10 @@ class IslandSolver {
     };
     /// What that depends on, of some islands.
     struct Closeness {
-        double closing_m = 0;  ///< farthest that two close that are not seen as the step begins
-        int64_t overlaps_pm =
-            0;  ///< of those that overlap, in all: whole, so that order is nothing
+        /// Farthest that two close that are not seen as the step begins.
+        double closing_m = 0;
+        /// Of those that overlap, in all: whole numbers, whose sum depends on no order.
+        int64_t overlaps_pm = 0;
         int64_t overlapping = 0;  ///< how many those are
         void add(const Closeness &other);
     };

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <memory>
+
 #include "support.h"
 
 using namespace kilotwin;
@@ -41,7 +43,8 @@ TEST_CASE("lists hold exactly those within reach and skin, in ascending order") 
         double side = seed % 2 ? 3 : 40;
         auto positions = anywhere(dice, 5 + dice.below(200), side);
         double reach = dice.between(0.1, 1), skin = dice.between(0, 0.5);
-        Neighbours neighbours(reach, skin);
+        Team team(static_cast<uint32_t>(1 + seed % 4), nullptr);
+        Neighbours neighbours(reach, skin, team);
         for (int rebuilds = 0; rebuilds < 2; rebuilds++) {
             neighbours.rebuild(positions);
             for (uint32_t i = 0; i < positions.size(); i++)
@@ -53,14 +56,16 @@ TEST_CASE("lists hold exactly those within reach and skin, in ascending order") 
 }
 
 TEST_CASE("a robot at exactly reach and skin is on the list") {
-    Neighbours neighbours(0.75, 0.25);
+    Team team(3, nullptr);
+    Neighbours neighbours(0.75, 0.25, team);
     neighbours.rebuild(Positions{{0, 0}, {1, 0}, {0, 1.0000001}});
     CHECK(list_of(neighbours, 0) == std::vector<uint32_t>{1});
 }
 
 TEST_CASE("a rebuild reports the lists that it changed") {
     Dice dice(3);
-    Neighbours neighbours(0.5, 0.2);
+    Team team(3, nullptr);
+    Neighbours neighbours(0.5, 0.2, team);
     auto positions = anywhere(dice, 150, 6);
     neighbours.rebuild(positions);
     for (uint32_t i = 0; i < positions.size(); i++) CHECK(neighbours.changed(i));
@@ -80,8 +85,35 @@ TEST_CASE("a rebuild reports the lists that it changed") {
     CHECK(changed < positions.size());
 }
 
+TEST_CASE("lists and what changed do not depend on how many members a team has") {
+    Dice dice(9);
+    auto positions = anywhere(dice, 400, 8);
+    Team alone;
+    Neighbours one(0.5, 0.2, alone);
+    std::vector<std::unique_ptr<Team>> teams;
+    std::vector<Neighbours> several;
+    for (const uint32_t members : {2u, 3u, 8u}) {
+        teams.push_back(std::make_unique<Team>(members, nullptr));
+        several.emplace_back(0.5, 0.2, *teams.back());
+    }
+    for (int rebuilds = 0; rebuilds < 3; rebuilds++) {
+        one.rebuild(positions);
+        for (Neighbours &other : several) {
+            other.rebuild(positions);
+            for (uint32_t i = 0; i < positions.size(); i++) {
+                CHECK(list_of(other, i) == list_of(one, i));
+                CHECK(other.changed(i) == one.changed(i));
+            }
+        }
+        // Half of them crowd in one corner, so that most cells are empty.
+        for (size_t i = 0; i < positions.size(); i++)
+            if (i % 2 == 0) positions[i] *= 0.6;
+    }
+}
+
 TEST_CASE("robots in one point, in one line and alone are listed") {
-    Neighbours neighbours(1, 0);
+    Team team(3, nullptr);
+    Neighbours neighbours(1, 0, team);
     neighbours.rebuild(Positions(5, {2, 2}));
     CHECK(list_of(neighbours, 2) == std::vector<uint32_t>{0, 1, 3, 4});
     neighbours.rebuild(Positions{{0, 0}, {0, 1}, {0, 2}, {0, 500}});

@@ -20,7 +20,8 @@ constexpr double RANGE = 0.8, RADIUS = 0.085;
 
 std::vector<Receiver> audience(const Positions &positions, uint32_t sender,
                                bool line_of_sight = true) {
-    Neighbours neighbours(RANGE + RADIUS, 0.3);
+    Team alone;
+    Neighbours neighbours(RANGE + RADIUS, 0.3, alone);
     neighbours.rebuild(positions);
     const Arena arena = kilotwin::testing::square_hall(10);
     ReceiversInRange medium(RANGE, line_of_sight, RADIUS, arena, positions.size());
@@ -46,7 +47,8 @@ double distance_to_segment(const Eigen::Vector2d &p, const Eigen::Vector2d &a,
 
 TEST_CASE("the audience last kept stays, whoever is asked for in the meantime") {
     const Positions positions{{0, 0}, {0.3, 0}, {0, 0.5}};
-    Neighbours neighbours(RANGE + RADIUS, 0.3);
+    Team alone;
+    Neighbours neighbours(RANGE + RADIUS, 0.3, alone);
     neighbours.rebuild(positions);
     const Arena arena = kilotwin::testing::square_hall(10);
     ReceiversInRange medium(RANGE, false, RADIUS, arena, positions.size());
@@ -137,7 +139,8 @@ TEST_CASE("random crowds hear what brute force says, and each other") {
 
 TEST_CASE("a wall that blocks light hides what is behind it, others do not") {
     const Positions positions{{0, 0}, {0.4, 0}, {0, 0.4}};
-    Neighbours neighbours(RANGE + RADIUS, 0.3);
+    Team alone;
+    Neighbours neighbours(RANGE + RADIUS, 0.3, alone);
     neighbours.rebuild(positions);
     for (bool blocks_light : {true, false}) {
         Arena arena = kilotwin::testing::square_hall(10);
