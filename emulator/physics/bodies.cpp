@@ -50,6 +50,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       next_change_(poses.size(), NEVER),
       speeds_(poses.size(), 0),
       still_since_(poses.size(), 0),
+      is_held_(poses.size(), false),
       steps_apart_(poses.size(), 0),
       is_touching_(poses.size(), false),
       next_contact_(poses.size(), NEVER),
@@ -113,8 +114,8 @@ void Bodies::place(uint32_t robot, const Pose &pose) {
     trajectories_[robot].restart(now_, pose);
     places_[robot] = pose.position;
     if (trajectories_[robot].drive().stands()) still_since_[robot] = now_;
-    contacts_.forget(robot);
-    std::erase(shares_[team_.share_of(robot, size())].held, robot);
+    if (is_held_[robot]) contacts_.forget(robot);
+    is_held_[robot] = false;
     std::fill(next_contact_.begin(), next_contact_.end(), now_);
     for (Candidates &candidates : candidates_) candidates.until = now_;
     for (Surroundings &around : surroundings_) around.made_at = NEVER;
@@ -168,7 +169,7 @@ void Bodies::go_freely() {
                [this](uint32_t robot) { return next_change_[robot] < now_ + step_; });
     });
     for (const Share &share : shares_) changing_ += share.changing.size();
-    if (before_.size() < changing_) before_.resize(changing_);
+    make_room_before();
     team_.share(size(), [this](uint32_t share, size_t begin, size_t end) {
         size_t slot = 0;
         for (uint32_t other = 0; other < share; other++) slot += shares_[other].changing.size();
@@ -176,6 +177,16 @@ void Bodies::go_freely() {
         for (size_t robot = begin; robot < end; robot++)
             next_places_[robot] = trajectories_[robot].position(now_ + step_);
     });
+}
+
+/// Makes room in before_. All robots of a swarm may begin to move at once, and few later on: what
+/// that took is given back.
+void Bodies::make_room_before() {
+    constexpr size_t KEPT = 4096;
+    const size_t wanted = changing_ + changing_ / 8;
+    if (before_.size() >= changing_ && before_.size() <= KEPT + 4 * wanted) return;
+    std::vector<Before>().swap(before_);
+    before_.resize(wanted);
 }
 
 /// Commands of the robots of a share take effect. Their trajectories when the step began are kept in

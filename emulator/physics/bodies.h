@@ -103,7 +103,7 @@ class Bodies {
     /// contact.
     bool rests(uint32_t robot) const {
         return next_change_[robot] == NEVER && trajectories_[robot].drive().at_rest() &&
-               !contacts_.holds(robot);
+               !is_held_[robot];
     }
 
     /// The earliest moment since which a robot's centre has stood still; NEVER while it moves.
@@ -145,6 +145,12 @@ class Bodies {
         double distance_m;  ///< of their centres, when the step begins
         auto operator<=>(const Pair &) const = default;
     };
+    /// A robot that is near a contact.
+    struct Held {
+        static constexpr uint32_t NEW = UINT32_MAX;
+        uint32_t robot;
+        uint32_t last_slot;  ///< position in crowd_ in the last step; NEW: it had none
+    };
     /// Robots of a share, ascending, in a step (base/team.h).
     struct alignas(64) Share {
         std::vector<uint32_t> changing;      ///< their drive changes
@@ -152,12 +158,12 @@ class Bodies {
         std::vector<uint32_t> touching;      ///< those that may touch something
         std::vector<Pair> pairs;   ///< of two of all that touch, the first of this share; ascending
         std::vector<Pair> asides;  ///< `one` touches; as far as is known, `other` does not
-        std::vector<uint32_t> held;  ///< by contacts_
-        std::vector<uint32_t> held_so_far;
-        std::vector<uint32_t> pushed;  ///< of those held
-        double drift_square = 0;       ///< the longest since the lists were made, squared
-        double shift_square = 0;       ///< the longest in this step of those near a contact
-        Overlaps overlaps;             ///< so far
+        std::vector<Held> held;
+        std::vector<Held> held_so_far;  ///< in the last step
+        std::vector<uint32_t> pushed;   ///< of those held
+        double drift_square = 0;        ///< the longest since the lists were made, squared
+        double shift_square = 0;        ///< the longest in this step of those near a contact
+        Overlaps overlaps;              ///< so far
     };
 
     /// Motor commands that have not taken effect: list[next] and later.
@@ -193,6 +199,7 @@ class Bodies {
         chassis_.prefetch(robot);
     }
     void go_freely();
+    void make_room_before();
     void change_drives(const Share &share, size_t slot);
     void apply_commands(uint32_t robot, Cycles until);
     bool has_changed(uint32_t robot) const;
@@ -243,8 +250,9 @@ class Bodies {
 
     // After it: robots that touch to contacts_, and their poses back.
     void update_contacts();
-    void hold_touching(Share &share);
+    void hold_touching(Share &share, uint32_t last_slot);
     void step_contacts();
+    void fill_bodies(const Share &share, uint32_t slot);
     void fill_body(ContactBody &body, uint32_t robot);
     /// A body goes on from where the contact left it.
     void take_moved(ContactBody &body, Cycles end);
@@ -279,7 +287,8 @@ class Bodies {
     Swarm<Cycles> next_change_;         ///< of its drive
     Swarm<double> speeds_;              ///< of its drive, m/s
     Swarm<Cycles> still_since_;         ///< NEVER while it moves
-    std::vector<uint8_t> steps_apart_;  ///< held by contacts_: steps since it touched
+    std::vector<uint8_t> is_held_;      ///< whether it is near a contact, or was: see crowd_
+    std::vector<uint8_t> steps_apart_;  ///< of one that is held: steps since it touched
     std::vector<uint8_t> is_touching_;  ///< whether it may touch something in this step
     Swarm<Cycles> next_contact_;        ///< before this, nothing is near enough to touch
     Swarm<Commands> commands_;          ///< by robot, those of this step and later
@@ -299,10 +308,11 @@ class Bodies {
     std::vector<uint32_t> added_;  ///< robots that touch since another does, as they were found
     size_t next_added_ = 0;        ///< the next of them whose neighbours are looked at
     std::vector<uint32_t> pushed_;
-    Crowd crowd_;  ///< the robots held by contacts_
+    Crowd crowd_;                            ///< the robots held
+    std::vector<DrivenBody> driven_so_far_;  ///< those of crowd_ of the last step
     std::vector<Islands::PushedObject> pushed_objects_;
     std::vector<uint8_t> at_object_;  ///< by robot: whether it may touch an object that takes part
-    double longest_shift_m_ = 0;  ///< of a robot held by contacts_, in the last step or this one
+    double longest_shift_m_ = 0;      ///< of a robot that is held, in the last step or this one
     uint64_t solver_steps_ = 0;
 };
 

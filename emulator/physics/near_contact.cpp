@@ -149,7 +149,7 @@ double Bodies::longest_free_m(uint32_t robot) const {
 bool Bodies::would_touch(uint32_t robot, uint32_t other) const {
     const Eigen::Vector2d apart = position(other) - position(robot);
     const double touch = 2 * radius_m_ + margin_m_, square = apart.squaredNorm();
-    if (contacts_.holds(other)) {  // it may be pushed anywhere
+    if (is_held_[other]) {  // it may be pushed anywhere
         if (square <= touch * touch) return true;
         return std::sqrt(square) <= touch + free_path(robot).norm() + longest_shift_m_;
     }
@@ -189,11 +189,12 @@ void Bodies::add_touched(const Pair &pair) {
     if (robot < other) shares_[team_.share_of(robot, size())].pairs.push_back(pair);
 }
 
-/// Adds robots to contacts_, and removes those that have touched nothing for some steps.
+/// Holds robots that touch, and lets go those that have touched nothing for some steps.
 void Bodies::update_contacts() {
     for (const uint32_t robot : added_)
         shares_[team_.share_of(robot, size())].touching.push_back(robot);
-    team_.share([this](uint32_t share) { hold_touching(shares_[share]); });
+    team_.share(
+        [this](uint32_t share) { hold_touching(shares_[share], crowd_.shares[share].begin); });
     size_t bodies = 0;
     for (size_t i = 0; i < shares_.size(); i++) {
         crowd_.shares[i].begin = static_cast<uint32_t>(bodies);
@@ -201,10 +202,12 @@ void Bodies::update_contacts() {
         crowd_.shares[i].end = static_cast<uint32_t>(bodies);
     }
     crowd_.bodies.resize(bodies);
+    crowd_.driven.swap(driven_so_far_);
+    crowd_.driven.resize(bodies);
 }
 
-/// Those of a share.
-void Bodies::hold_touching(Share &share) {
+/// Those of a share, whose bodies had positions from `last_slot` on.
+void Bodies::hold_touching(Share &share, uint32_t last_slot) {
     sort_tail(share.touching);
     sort_tail(share.pairs);
     share.held_so_far.swap(share.held);
@@ -212,21 +215,23 @@ void Bodies::hold_touching(Share &share) {
     auto touching = share.touching.begin();
     const auto take_up_to = [&](uint32_t limit) {
         for (; touching != share.touching.end() && *touching < limit; ++touching) {
-            contacts_.add(*touching, trajectory_before(*touching), now_);
+            is_held_[*touching] = true;
             steps_apart_[*touching] = 0;
-            share.held.push_back(*touching);
+            share.held.push_back({*touching, Held::NEW});
         }
     };
-    for (const uint32_t robot : share.held_so_far) {
+    for (const auto &[robot, before] : share.held_so_far) {
+        const uint32_t slot = last_slot++;
         take_up_to(robot);
+        if (!is_held_[robot]) continue;  // it was placed elsewhere
         if (touching != share.touching.end() && *touching == robot) {
             ++touching;
             steps_apart_[robot] = 0;
         } else if (++steps_apart_[robot] >= STEPS_APART_TO_LEAVE) {
-            contacts_.remove(robot);
+            is_held_[robot] = false;
             continue;
         }
-        share.held.push_back(robot);
+        share.held.push_back({robot, slot});
     }
     take_up_to(UINT32_MAX);
     for (const uint32_t robot : share.touching) is_touching_[robot] = false;
@@ -239,13 +244,8 @@ void Bodies::step_contacts() {
         longest_shift_m_ = 0;
         return;
     }
-    team_.share([this](uint32_t share) {
-        uint32_t slot = crowd_.shares[share].begin;
-        for (const uint32_t robot : shares_[share].held) {
-            candidates_[robot].body_slot = slot;
-            fill_body(crowd_.bodies[slot++], robot);
-        }
-    });
+    team_.share(
+        [this](uint32_t share) { fill_bodies(shares_[share], crowd_.shares[share].begin); });
     team_.share([this](uint32_t share) { find_body_pairs(shares_[share], crowd_.shares[share]); });
     contacts_.step(crowd_, pushed_objects_, seconds(step_));
     solver_steps_ += crowd_.bodies.size();
@@ -267,6 +267,17 @@ void Bodies::step_contacts() {
             if (apart < touch * touch) record_overlap(share, std::sqrt(apart) - touch);
         }
     });
+}
+
+/// Makes the bodies of a share's robots, from position `slot` on.
+void Bodies::fill_bodies(const Share &share, uint32_t slot) {
+    for (const auto &[robot, last_slot] : share.held) {
+        candidates_[robot].body_slot = slot;
+        crowd_.driven[slot] = last_slot == Held::NEW
+                                  ? Contacts::driven_as(trajectory_before(robot), now_)
+                                  : driven_so_far_[last_slot];
+        fill_body(crowd_.bodies[slot++], robot);
+    }
 }
 
 /// A robot as it would go if nothing touched it.
@@ -294,7 +305,7 @@ void Bodies::take_all_moved(Share &share, const Crowd::Share &crowd) {
     }
 }
 
-/// Restarts the trajectory of a robot held by contacts_ where the step ended. Its body's gap is that
+/// Restarts the trajectory of a robot that is held where the step ended. Its body's gap is that
 /// to the walls from there on.
 void Bodies::take_moved(ContactBody &body, Cycles end) {
     const uint32_t robot = body.robot;
@@ -308,7 +319,7 @@ void Bodies::take_moved(ContactBody &body, Cycles end) {
     body.gap_m = arena_.wall_gap(pose.position) - radius_m_;
 }
 
-/// Finds which robots held by contacts_ may touch each other within this step: those of a share.
+/// Finds which robots that are held may touch each other within this step: those of a share.
 void Bodies::find_body_pairs(const Share &share, Crowd::Share &crowd) const {
     // A pushed robot moves no farther than the fastest of those that push it.
     const double most_m = 2 * longest_shift_m_ + margin_m_;

@@ -73,7 +73,7 @@ bool Bodies::include_objects() {
 bool Bodies::is_pushed(uint32_t object) const {
     if (object_states_[object].moves()) return true;
     for (uint32_t robot : near_objects_[object])
-        if (is_touching_[robot] || contacts_.holds(robot) || !stays(robot)) return true;
+        if (is_touching_[robot] || is_held_[robot] || !stays(robot)) return true;
     for (uint32_t other = 0; other < objects_.size(); other++)
         if (is_pushed_[other] && are_near(object, other)) return true;
     return false;

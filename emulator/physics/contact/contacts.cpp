@@ -20,8 +20,6 @@ Contacts::Contacts(const Arena &arena, const Profile &profile, Team &team, doubl
                    double fastest_m_s, size_t robots, const std::vector<Object> &objects,
                    Box2DSolver::Accuracy accuracy)
     : team_(team),
-      driven_(robots),
-      held_(robots, false),
       gives_way_(profile.gives_way),
       closed_form_{{profile.radius_m, profile.mass_kg, profile.push_m_s2, drive_m_s, fastest_m_s}},
       grouping_(arena, profile.radius_m, team),
@@ -30,18 +28,10 @@ Contacts::Contacts(const Arena &arena, const Profile &profile, Team &team, doubl
       islands_(team.size()) {}
 
 // It goes on as its trajectory did: turned from the robot's frame into the world's.
-void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
+DrivenBody Contacts::driven_as(const Trajectory &trajectory, Cycles at) {
     const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
-    auto &driven = driven_[robot];
-    driven.velocity = {turned(v, ahead), trajectory.drive().turn};
-    driven.wanted = driven.velocity;
-    held_[robot] = true;
-}
-
-void Contacts::forget(uint32_t robot) {
-    if (!held_[robot]) return;
-    remove(robot);
-    solver_->forget(robot);
+    const Shift velocity{turned(v, ahead), trajectory.drive().turn};
+    return {velocity, velocity};
 }
 
 void Contacts::step(Crowd &crowd, const std::vector<Islands::PushedObject> &objects,
@@ -63,21 +53,18 @@ void Contacts::step(Crowd &crowd, const std::vector<Islands::PushedObject> &obje
 
 void Contacts::step_in_closed_form(Crowd &crowd, uint32_t share, double step_s) {
     using Kind = ContactBody::Kind;
-    constexpr uint32_t SOON = 4;
     auto &bodies = crowd.bodies;
     auto &before = before_[share].driven;
     before.clear();
-    const bool prefetched = prefetches(driven_.size());
     grouping_.for_each_body(crowd, share, [&](uint32_t i) {
-        if (prefetched && i + SOON < bodies.size()) prefetch(bodies[i + SOON].robot);
-        ContactBody &body = bodies[i];
-        if (body.uncertain) before.push_back(driven_[body.robot]);
-        if (body.kind == Kind::NONE || body.kind == Kind::WALL) step_alone(body, step_s);
+        const ContactBody &body = bodies[i];
+        if (body.uncertain) before.push_back(crowd.driven[i]);
+        if (body.kind == Kind::NONE || body.kind == Kind::WALL) step_alone(crowd, i, step_s);
     });
     grouping_.for_each_pair(crowd, share, [&](const ContactPair &pair) {
         const auto [one, other, distance_m] = pair;
         if (bodies[one].kind == Kind::ROBOT && bodies[one].other == other)
-            step_pair(bodies[one], bodies[other], step_s);
+            step_pair(crowd, one, other, step_s);
     });
 }
 
@@ -89,7 +76,7 @@ void Contacts::take_back_missed(Crowd &crowd, uint32_t share) {
     grouping_.for_each_body(crowd, share, [&](uint32_t i) {
         const ContactBody &body = crowd.bodies[i];
         if (!body.uncertain) return;
-        if (body.kind == ContactBody::Kind::ISLAND) driven_[body.robot] = *next;
+        if (body.kind == ContactBody::Kind::ISLAND) crowd.driven[i] = *next;
         ++next;
     });
 }
@@ -99,11 +86,9 @@ void Contacts::list_islands(Crowd &crowd, uint32_t share) {
     Islands &islands = islands_[share];
     islands.bodies.clear();
     islands.pairs.clear();
-    grouping_.for_each_body(crowd, share,
-                            [&](uint32_t i) { add_to_islands(islands, crowd.bodies[i]); });
-    grouping_.for_each_pair(crowd, share, [&](const ContactPair &pair) {
-        add_to_islands(islands, crowd.bodies, pair);
-    });
+    grouping_.for_each_body(crowd, share, [&](uint32_t i) { add_to_islands(islands, crowd, i); });
+    grouping_.for_each_pair(crowd, share,
+                            [&](const ContactPair &pair) { add_to_islands(islands, crowd, pair); });
 }
 
 /// Lists all islands as one share's.
@@ -111,24 +96,24 @@ void Contacts::list_all_islands(Crowd &crowd) {
     Islands &islands = islands_[0];
     islands.bodies.clear();
     islands.pairs.clear();
-    for (ContactBody &body : crowd.bodies) add_to_islands(islands, body);
+    for (uint32_t i = 0; i < crowd.bodies.size(); i++) add_to_islands(islands, crowd, i);
     for (const Crowd::Share &share : crowd.shares)
-        for (const ContactPair &pair : share.pairs) add_to_islands(islands, crowd.bodies, pair);
+        for (const ContactPair &pair : share.pairs) add_to_islands(islands, crowd, pair);
 }
 
 /// A body that takes part in an island; which one, the solver finds from the pairs.
-void Contacts::add_to_islands(Islands &islands, ContactBody &body) {
+void Contacts::add_to_islands(Islands &islands, Crowd &crowd, uint32_t i) const {
+    ContactBody &body = crowd.bodies[i];
     if (body.kind != ContactBody::Kind::ISLAND) return;
     body.member = static_cast<uint32_t>(islands.bodies.size());
     body.moved = {};
-    auto &driven = driven_[body.robot];
-    if (fixed(body)) driven = {};
+    if (fixed(body)) crowd.driven[i] = {};
     islands.bodies.push_back(
-        {body.robot, fixed(body), body.at_wall, body.pose, body.free, driven, body.moved});
+        {body.robot, fixed(body), body.at_wall, body.pose, body.free, crowd.driven[i], body.moved});
 }
 
-void Contacts::add_to_islands(Islands &islands, const std::vector<ContactBody> &bodies,
-                              const ContactPair &pair) {
+void Contacts::add_to_islands(Islands &islands, const Crowd &crowd, const ContactPair &pair) {
+    const auto &bodies = crowd.bodies;
     if (bodies[pair.one].kind == ContactBody::Kind::ISLAND)
         islands.pairs.push_back({bodies[pair.one].member, bodies[pair.other].member});
 }
@@ -139,8 +124,9 @@ bool Contacts::fixed(const ContactBody &body) const {
 }
 
 /// Sets the velocity of a body that is in no island.
-ContactSide Contacts::drive(ContactBody &body, double step_s) {
-    DrivenBody &driven = driven_[body.robot];
+ContactSide Contacts::drive(Crowd &crowd, uint32_t i, double step_s) const {
+    ContactBody &body = crowd.bodies[i];
+    DrivenBody &driven = crowd.driven[i];
     body.moved = {};
     if (fixed(body))
         driven = {};
@@ -150,8 +136,9 @@ ContactSide Contacts::drive(ContactBody &body, double step_s) {
 }
 
 /// Moves a body that touches nothing, or a wall only.
-void Contacts::step_alone(ContactBody &body, double step_s) {
-    const ContactSide robot = drive(body, step_s);
+void Contacts::step_alone(Crowd &crowd, uint32_t i, double step_s) const {
+    const ContactBody &body = crowd.bodies[i];
+    const ContactSide robot = drive(crowd, i, step_s);
     if (body.kind == ContactBody::Kind::WALL)
         closed_form_.step(robot, nullptr, body.normal, body.gap_m, step_s);
     else
@@ -159,8 +146,9 @@ void Contacts::step_alone(ContactBody &body, double step_s) {
 }
 
 /// Moves two bodies that touch each other only.
-void Contacts::step_pair(ContactBody &one, ContactBody &other, double step_s) {
-    const ContactSide robot = drive(one, step_s), partner = drive(other, step_s);
+void Contacts::step_pair(Crowd &crowd, uint32_t i, uint32_t k, double step_s) const {
+    const ContactBody &one = crowd.bodies[i], &other = crowd.bodies[k];
+    const ContactSide robot = drive(crowd, i, step_s), partner = drive(crowd, k, step_s);
     if (fixed(other))
         closed_form_.step(robot, nullptr, one.normal, one.gap_m, step_s);
     else if (fixed(one))

@@ -2,8 +2,8 @@
 /// at a wall, or in pairs in closed form (closed_form.h); islands of three and more by a solver
 /// (island_solver.h). Lengths in metres.
 ///
-/// Bodies decides which robots are near a contact (the broad phase) and calls, in each world step:
-/// add() and remove(), then step().
+/// Bodies decides which robots are near a contact (the broad phase), and calls step() in each world
+/// step.
 #ifndef KILOTWIN_PHYSICS_CONTACT_CONTACTS_H
 #define KILOTWIN_PHYSICS_CONTACT_CONTACTS_H
 
@@ -12,7 +12,6 @@
 #include <memory>
 #include <vector>
 
-#include "base/prefetch.h"
 #include "physics/arena.h"
 #include "physics/chassis.h"
 #include "physics/contact/box2d_solver.h"
@@ -31,22 +30,13 @@ class Contacts {
              double fastest_m_s, size_t robots, const std::vector<Object> &objects = {},
              Box2DSolver::Accuracy accuracy = Box2DSolver::Accuracy::NORMAL);
 
-    /// Prefetches what step() needs of a robot.
-    void prefetch(uint32_t robot) const { prefetch_line(&driven_[robot]); }
+    /// How a robot is driven that comes near a contact at `at`: as it goes then.
+    static DrivenBody driven_as(const Trajectory &trajectory, Cycles at);
 
-    /// Whether a robot is held here: added, and not removed.
-    bool holds(uint32_t robot) const { return held_[robot]; }
+    /// Drops what is known of a robot that is elsewhere now.
+    void forget(uint32_t robot) { solver_->forget(robot); }
 
-    /// Takes a robot in that is not held, with the velocity that it has at `at`. Members of a team
-    /// may add and remove different robots at once.
-    void add(uint32_t robot, const Trajectory &trajectory, Cycles at);
-    /// Lets a held robot go.
-    void remove(uint32_t robot) { held_[robot] = false; }
-
-    /// Lets a robot go that is elsewhere now, if it is held.
-    void forget(uint32_t robot);
-
-    /// Moves all robots held for `step_s`. `crowd` has a body for each of them, with `kind` as
+    /// Moves all robots of a crowd for `step_s`. On entry the `kind` of bodies is as
     /// Grouping::choose() wants it; `objects`: those that bodies of the kind ISLAND may touch, or
     /// that move.
     void step(Crowd &crowd, const std::vector<Islands::PushedObject> &objects, double step_s);
@@ -64,17 +54,14 @@ class Contacts {
     void take_back_missed(Crowd &crowd, uint32_t share);
     void list_islands(Crowd &crowd, uint32_t share);
     void list_all_islands(Crowd &crowd);
-    void add_to_islands(Islands &islands, ContactBody &body);
-    void add_to_islands(Islands &islands, const std::vector<ContactBody> &bodies,
-                        const ContactPair &pair);
+    void add_to_islands(Islands &islands, Crowd &crowd, uint32_t i) const;
+    static void add_to_islands(Islands &islands, const Crowd &crowd, const ContactPair &pair);
     bool fixed(const ContactBody &body) const;
-    ContactSide drive(ContactBody &body, double step_s);
-    void step_alone(ContactBody &body, double step_s);
-    void step_pair(ContactBody &one, ContactBody &other, double step_s);
+    ContactSide drive(Crowd &crowd, uint32_t i, double step_s) const;
+    void step_alone(Crowd &crowd, uint32_t i, double step_s) const;
+    void step_pair(Crowd &crowd, uint32_t i, uint32_t k, double step_s) const;
 
     Team &team_;
-    std::vector<DrivenBody> driven_;  ///< by robot
-    std::vector<uint8_t> held_;       ///< by robot
     bool gives_way_;
     ClosedForm closed_form_;
     Grouping grouping_;

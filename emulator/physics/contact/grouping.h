@@ -61,6 +61,7 @@ struct Crowd {
         std::vector<ContactPair> pairs;  ///< those of which `one` is among its bodies; ascending
     };
     std::vector<ContactBody> bodies;  ///< ascending by robot
+    std::vector<DrivenBody> driven;   ///< by body: how it was driven in the last step, then in this
     std::vector<Share> shares;        ///< as many as the team has members; together they are all
 };
 

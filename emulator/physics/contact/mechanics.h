@@ -46,7 +46,7 @@ struct Mechanics {
 };
 
 /// Velocity of a robot near a contact, kept from step to step while it is.
-struct alignas(64) DrivenBody {
+struct DrivenBody {
     Shift velocity;  ///< now
     Shift wanted;    ///< what its drive was set to when it was last driven
 

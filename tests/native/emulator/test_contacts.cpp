@@ -49,17 +49,17 @@ std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
                      drives[i].turn * step_s};
     };
     auto count = static_cast<uint32_t>(poses.size());
+    Crowd crowd{std::vector<ContactBody>(count), {}, {{0, count, {}}}};
     for (uint32_t i = 0; i < count; i++) {
         Trajectory way(0, poses[i]);
         way.change(0, drives[i]);
-        contacts.add(i, way, 0);
+        crowd.driven.push_back(Contacts::driven_as(way, 0));
     }
     for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
-        Crowd crowd{{}, {{0, count, {}}}};
         auto &bodies = crowd.bodies;
         for (uint32_t i = 0; i < count; i++) {
-            bodies.push_back({poses[i], free(i)});
-            bodies.back().robot = i;
+            bodies[i] = {poses[i], free(i)};
+            bodies[i].robot = i;
         }
         contacts.step(crowd, {}, step_s);
         for (uint32_t i = 0; i < count; i++) {
@@ -366,10 +366,11 @@ TEST_CASE("a robot that leaves an island and joins one again elsewhere goes on f
     const Scene scene(square_hall(10));
     Team alone;
     Contacts contacts(scene.def.arena, scene.def.profile, alone, 0.1, 0.11, 3);
-    for (uint32_t i = 0; i < 3; i++) contacts.add(i, Trajectory(0, Pose()), 0);
+    Crowd crowd{{}, std::vector<DrivenBody>(3), {{0, 3, {}}}};
     auto step = [&](double y, double spacing, Kind kind) {
-        Crowd crowd{std::vector<ContactBody>(3), {{0, 3, {{0, 1, spacing}, {1, 2, spacing}}}}};
+        crowd.shares[0].pairs = {{0, 1, spacing}, {1, 2, spacing}};
         auto &bodies = crowd.bodies;
+        bodies.assign(3, {});
         for (uint32_t i = 0; i < 3; i++) {
             bodies[i].robot = i;
             bodies[i].pose.position = {spacing * i, y};

@@ -40,7 +40,7 @@ struct Case {
     Crowd crowd;
     std::vector<ContactBody> &bodies = crowd.bodies;
 
-    explicit Case(std::vector<ContactBody> of) : crowd{std::move(of), {}} {
+    explicit Case(std::vector<ContactBody> of) : crowd{std::move(of), {}, {}} {
         crowd.shares = {{0, static_cast<uint32_t>(bodies.size()), all_pairs(bodies)}};
         grouping.find_groups(crowd);
         grouping.choose(crowd, 0);
@@ -148,7 +148,7 @@ TEST_CASE("bodies are grouped the same however they are cut into shares") {
     for (const uint32_t members : {1u, 2u, 3u, 8u}) {
         CAPTURE(members);
         Team team(members, nullptr);
-        Crowd crowd{bodies, {}};
+        Crowd crowd{bodies, {}, {}};
         for (uint32_t share = 0; share < members; share++) {
             crowd.shares.push_back({static_cast<uint32_t>(team.begin_of(share, COUNT)),
                                     static_cast<uint32_t>(team.begin_of(share + 1, COUNT)),
