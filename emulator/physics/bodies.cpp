@@ -169,7 +169,10 @@ void Bodies::go_freely() {
                [this](uint32_t robot) { return next_change_[robot] < now_ + step_; });
     });
     for (const Share &share : shares_) changing_ += share.changing.size();
-    make_room_before();
+    if (before_.size() < changing_) {  // not twice as much: all may begin to move at once
+        std::vector<Before>().swap(before_);
+        before_.resize(changing_);
+    }
     team_.share(size(), [this](uint32_t share, size_t begin, size_t end) {
         size_t slot = 0;
         for (uint32_t other = 0; other < share; other++) slot += shares_[other].changing.size();
@@ -179,17 +182,7 @@ void Bodies::go_freely() {
     });
 }
 
-/// Makes room in before_. All robots of a swarm may begin to move at once, and few later on: what
-/// that took is given back.
-void Bodies::make_room_before() {
-    constexpr size_t KEPT = 4096;
-    const size_t wanted = changing_ + changing_ / 8;
-    if (before_.size() >= changing_ && before_.size() <= KEPT + 4 * wanted) return;
-    std::vector<Before>().swap(before_);
-    before_.resize(wanted);
-}
-
-/// Commands of the robots of a share take effect. Their trajectories when the step began are kept in
+/// Commands of the robots of a share take effect. How these went when the step began is kept in
 /// before_ from `slot` on.
 void Bodies::change_drives(const Share &share, size_t slot) {
     constexpr size_t SOON = 4;
@@ -197,7 +190,7 @@ void Bodies::change_drives(const Share &share, size_t slot) {
     for (size_t i = 0; i < changing.size(); i++, slot++) {
         if (prefetches(size()) && i + SOON < changing.size()) prefetch_motors(changing[i + SOON]);
         const uint32_t robot = changing[i];
-        before_[slot] = {robot, trajectories_[robot]};
+        before_[slot] = {robot, {trajectories_[robot].heading(now_), trajectories_[robot].drive()}};
         candidates_[robot].before_slot = static_cast<uint32_t>(slot);
         apply_commands(robot, now_ + step_);
     }
@@ -234,10 +227,9 @@ bool Bodies::has_changed(uint32_t robot) const {
     return slot < changing_ && before_[slot].robot == robot;
 }
 
-/// The trajectory of a robot when this step began.
-const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
-    const bool changed = has_changed(robot);
-    return changed ? before_[candidates_[robot].before_slot].trajectory : trajectories_[robot];
+Bodies::Going Bodies::going(uint32_t robot) const {
+    if (has_changed(robot)) return before_[candidates_[robot].before_slot].going;
+    return {trajectories_[robot].heading(now_), trajectories_[robot].drive()};
 }
 
 Overlaps Bodies::overlaps() const {

@@ -187,10 +187,15 @@ class Bodies {
         Eigen::Vector2d from{0, 0};    ///< where the object was
         Cycles made_at = NEVER;
     };
-    /// The trajectory, when the step began, of a robot whose drive changes within it.
+    /// How a robot goes when the step begins.
+    struct Going {
+        double heading;
+        Drive drive;
+    };
+    /// That of a robot whose drive changes within the step.
     struct Before {
         uint32_t robot;
-        Trajectory trajectory;
+        Going going;
     };
 
     /// Brings into the cache what apply_commands() needs of a robot.
@@ -199,11 +204,10 @@ class Bodies {
         chassis_.prefetch(robot);
     }
     void go_freely();
-    void make_room_before();
     void change_drives(const Share &share, size_t slot);
     void apply_commands(uint32_t robot, Cycles until);
     bool has_changed(uint32_t robot) const;
-    const Trajectory &trajectory_before(uint32_t robot) const;
+    Going going(uint32_t robot) const;
     /// Its way within this step if nothing touched it.
     Eigen::Vector2d free_path(uint32_t robot) const { return next_places_[robot] - places_[robot]; }
     /// Whether it stays where it is in this step unless something touches it.
@@ -253,7 +257,7 @@ class Bodies {
     void hold_touching(Share &share, uint32_t last_slot);
     void step_contacts();
     void fill_bodies(const Share &share, uint32_t slot);
-    void fill_body(ContactBody &body, uint32_t robot);
+    void fill_body(ContactBody &body, uint32_t robot, double heading);
     /// A body goes on from where the contact left it.
     void take_moved(ContactBody &body, Cycles end);
     void take_all_moved(Share &share, const Crowd::Share &crowd);

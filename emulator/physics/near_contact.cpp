@@ -273,16 +273,15 @@ void Bodies::step_contacts() {
 void Bodies::fill_bodies(const Share &share, uint32_t slot) {
     for (const auto &[robot, last_slot] : share.held) {
         candidates_[robot].body_slot = slot;
-        crowd_.driven[slot] = last_slot == Held::NEW
-                                  ? Contacts::driven_as(trajectory_before(robot), now_)
-                                  : driven_so_far_[last_slot];
-        fill_body(crowd_.bodies[slot++], robot);
+        const Going now = going(robot);
+        crowd_.driven[slot] = last_slot == Held::NEW ? Contacts::driven_as(now.heading, now.drive)
+                                                     : driven_so_far_[last_slot];
+        fill_body(crowd_.bodies[slot++], robot, now.heading);
     }
 }
 
 /// A robot as it would go if nothing touched it.
-void Bodies::fill_body(ContactBody &body, uint32_t robot) {
-    const double heading = trajectory_before(robot).heading(now_);
+void Bodies::fill_body(ContactBody &body, uint32_t robot, double heading) {
     const double then = trajectories_[robot].heading(now_ + step_);
     body.robot = robot;
     body.free = {free_path(robot), wrapped(then - heading)};

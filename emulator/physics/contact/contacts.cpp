@@ -1,5 +1,6 @@
 #include "physics/contact/contacts.h"
 
+#include "base/trigonometry.h"
 #include "physics/contact/disc_solver.h"
 
 namespace kilotwin {
@@ -27,10 +28,9 @@ Contacts::Contacts(const Arena &arena, const Profile &profile, Team &team, doubl
       solver_(solver_for(arena, closed_form_.mechanics, team, robots, objects, accuracy)),
       islands_(team.size()) {}
 
-// It goes on as its trajectory did: turned from the robot's frame into the world's.
-DrivenBody Contacts::driven_as(const Trajectory &trajectory, Cycles at) {
-    const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
-    const Shift velocity{turned(v, ahead), trajectory.drive().turn};
+// It goes on: turned from the robot's frame into the world's.
+DrivenBody Contacts::driven_as(double heading, const Drive &drive) {
+    const Shift velocity{turned(drive.velocity, direction(heading)), drive.turn};
     return {velocity, velocity};
 }
 

@@ -30,8 +30,8 @@ class Contacts {
              double fastest_m_s, size_t robots, const std::vector<Object> &objects = {},
              Box2DSolver::Accuracy accuracy = Box2DSolver::Accuracy::NORMAL);
 
-    /// How a robot is driven that comes near a contact at `at`: as it goes then.
-    static DrivenBody driven_as(const Trajectory &trajectory, Cycles at);
+    /// How a robot is driven that comes near a contact: as it goes then.
+    static DrivenBody driven_as(double heading, const Drive &drive);
 
     /// Drops what is known of a robot that is elsewhere now.
     void forget(uint32_t robot) { solver_->forget(robot); }

@@ -50,11 +50,8 @@ std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
     };
     auto count = static_cast<uint32_t>(poses.size());
     Crowd crowd{std::vector<ContactBody>(count), {}, {{0, count, {}}}};
-    for (uint32_t i = 0; i < count; i++) {
-        Trajectory way(0, poses[i]);
-        way.change(0, drives[i]);
-        crowd.driven.push_back(Contacts::driven_as(way, 0));
-    }
+    for (uint32_t i = 0; i < count; i++)
+        crowd.driven.push_back(Contacts::driven_as(poses[i].heading, drives[i]));
     for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
         auto &bodies = crowd.bodies;
         for (uint32_t i = 0; i < count; i++) {
