@@ -138,7 +138,7 @@ bool Bodies::refresh_lists() {
     if (stale) {
         lists_stale_ = false;
         team_.share(size(), [this](uint32_t /*share*/, size_t begin, size_t end) {
-            std::copy(&places_[begin], &places_[begin] + (end - begin), &listed_at_[begin]);
+            std::copy(places_.data() + begin, places_.data() + end, listed_at_.data() + begin);
         });
         lists_.rebuild(places_);
         list_rebuilds_++;

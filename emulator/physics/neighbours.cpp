@@ -261,11 +261,12 @@ void Neighbours::sum_up(Swarm<uint32_t> &numbers) const {
     const size_t count = numbers.size();
     std::vector<uint32_t> sums(team_.size());
     team_.share(count, [&](uint32_t share, size_t begin, size_t end) {
-        std::partial_sum(&numbers[0] + begin, &numbers[0] + end, &numbers[0] + begin);
+        uint32_t *const all = numbers.data();
+        std::partial_sum(all + begin, all + end, all + begin);
         sums[share] = end > begin ? numbers[end - 1] : 0;
     });
     team_.share(count, [&](uint32_t share, size_t begin, size_t end) {
-        const uint32_t before = std::accumulate(&sums[0], &sums[0] + share, uint32_t{0});
+        const uint32_t before = std::accumulate(sums.data(), sums.data() + share, uint32_t{0});
         if (before == 0) return;
         for (size_t i = begin; i < end; i++) numbers[i] += before;
     });
