@@ -43,7 +43,8 @@ struct Strip {
     }
 
     std::vector<Eigen::Vector2d> places;
-    Neighbours lists{REACH_M, SKIN_M};
+    Team alone;
+    Neighbours lists{REACH_M, SKIN_M, alone};
     std::vector<bool> active;
 };
 

@@ -113,9 +113,9 @@ bool has_lanes(const Scene &scene, uint32_t threads) {
     std::vector<Eigen::Vector2d> places;
     for (uint32_t robot = 0; robot < samples.x_m.size(); robot++)
         places.push_back(pose_of(samples, robot).position);
-    Neighbours lists(KilobotChannel::reach_m(*scene.def.kilobot_medium), 0.015);
-    lists.rebuild(places);
     Team team(threads, nullptr);
+    Neighbours lists(KilobotChannel::reach_m(*scene.def.kilobot_medium), 0.015, team);
+    lists.rebuild(places);
     Lanes lanes(team, places.size());
     lanes.lists_changed(lists);
     return lanes.cut(lists, [](uint32_t) { return false; });
