@@ -1,6 +1,6 @@
 """Makes pictures that README and the documents show anew, in docs/images: of a run of the paper's
 experiment map.png, timeline.png, run.gif and viewer.png; of docs/class.md class-timeline.png and
-class-map.png; of many robots waves.gif, which takes minutes.
+class-map.png; of a million robots waves.gif, which takes some ten minutes.
 
     .venv/bin/python -m tests.pictures
 """
@@ -17,7 +17,8 @@ from .system.conftest import KILOTWIN, ROOT, SIMPLIFIED
 IMAGES = ROOT / "docs/images"
 # As README and docs/viewer.md say beside them.
 VIDEO = ("--to", "5000", "--speed", "1000", "--width", "360")
-MANY = ("swarm.size=250000", "arena.width_m=25", "arena.height_m=25")
+MANY = ("swarm.size=1000000", "arena.width_m=50", "arena.height_m=50")
+FAR = ("--from", "2", "--zoom", "0.5", "--speed", "26", "--width", "360")
 TIME_S, ROBOT = 1500, 3
 
 
@@ -49,10 +50,10 @@ def teach(scratch: Path) -> None:
 
 
 def step_many(run: Path, target: Path) -> None:
-    """Waves among many robots, by README's commands."""
+    """Waves among a million robots, by README's commands."""
     table = (word for setting in MANY for word in ("--set", setting))
     kilotwin("run", "experiments/waves/waves.toml", "--out", run, *table)
-    kilotwin("plot", "video", run, "-o", target, "--zoom", "0.5", "--speed", "26", "--width", "320")
+    kilotwin("plot", "video", run, "-o", target, *FAR)
 
 
 def kilotwin(*words: Path | str) -> None:
