@@ -232,7 +232,7 @@ Neighbours::Lists Neighbours::lists_of(std::span<const Eigen::Vector2d> position
     if (positions.empty()) return lists;
     const Cells cells(positions, reach_m_ + skin_m_, team_);
     std::vector<Pairs> pairs(team_.size());
-    auto &[begin, ids] = lists;
+    Swarm<uint32_t> &begin = lists.begin, &ids = lists.ids;
     team_.share([&](uint32_t share) {
         pairs[share] = cells.pairs_of(share, reach_m_ + skin_m_);
         pairs[share].for_each([&](uint32_t robot, uint32_t /*near*/) { begin[robot]++; });
