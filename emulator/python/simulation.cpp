@@ -267,8 +267,8 @@ void register_robots(Class &simulation) {
         .def("decisions", decisions_of, "[N]: times that LED or motors have changed.")
         .def(
             "listen_to",
-            [](PythonSimulation &self, std::vector<uint32_t> robots) {
-                self.simulation().listen_to(std::move(robots));
+            [](PythonSimulation &self, const std::vector<uint32_t> &robots) {
+                self.simulation().listen_to(robots);
             },
             nb::arg("robots"), "Write down what programs of these robots get from now on.")
         .def("heard_by", heard_by, nb::arg("robot"), "What it got, up to now.")

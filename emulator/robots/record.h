@@ -49,8 +49,8 @@ struct Heard {
     message_t message;
 };
 
-/// Some robots whose programs' messages are written down, if they run natively. A robot that is
-/// brought back gets some of them twice.
+/// Some robots whose programs' messages are written down, if they run natively: each share of the
+/// robots writes its own. A robot that is brought back gets some of them twice.
 struct Listening {
     std::vector<uint32_t> robots;
     std::vector<Heard> heard = {};

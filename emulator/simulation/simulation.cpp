@@ -282,8 +282,7 @@ void Simulation::prefetch_due_after(const Share &share, size_t i) const {
 }
 
 bool Simulation::notes_in_order() const {
-    return trail_ != nullptr || debugging_ != nullptr || written_ != nullptr ||
-           !listening_.robots.empty();
+    return trail_ != nullptr || debugging_ != nullptr || written_ != nullptr;
 }
 
 /// Events of shares, one after the other: take_before() puts them in order of time.
@@ -355,10 +354,11 @@ void Simulation::add_extras(Samples &samples, const SampleExtras &extras) const 
         samples.add_messages(sent_and_received[i], robot(i).delivered());
 }
 
-void Simulation::listen_to(std::vector<uint32_t> robots) {
-    listening_ = {std::move(robots)};
-    for (Share &share : shares_)
-        share.context.listening = listening_.robots.empty() ? nullptr : &listening_;
+void Simulation::listen_to(const std::vector<uint32_t> &robots) {
+    for (Share &share : shares_) {
+        share.listening = {robots};
+        share.context.listening = robots.empty() ? nullptr : &share.listening;
+    }
 }
 
 Trail &Simulation::keep_trail(size_t capacity, bool of_code) {
@@ -375,8 +375,9 @@ Trail &Simulation::trail() const {
 }
 
 std::vector<Heard> Simulation::heard_by(uint32_t robot) const {
+    const auto &noted = shares_[this->robot(robot).share()].listening.heard;
     std::vector<Heard> heard;
-    std::copy_if(listening_.heard.begin(), listening_.heard.end(), std::back_inserter(heard),
+    std::copy_if(noted.begin(), noted.end(), std::back_inserter(heard),
                  [&](const Heard &one) { return one.robot == robot && one.at < now_; });
     auto bytes = [](const Heard &one) {
         return std::string_view(reinterpret_cast<const char *>(&one.message), sizeof one.message);

@@ -213,7 +213,7 @@ class Simulation {
 
     /// From now on the messages that programs of these robots get are written down, if they run
     /// natively.
-    void listen_to(std::vector<uint32_t> robots);
+    void listen_to(const std::vector<uint32_t> &robots);
     /// Those before now, in order of time.
     std::vector<Heard> heard_by(uint32_t robot) const;
 
@@ -261,6 +261,7 @@ class Simulation {
         RobotContext context;             ///< what its robots share
         std::vector<uint32_t> due;        ///< robots to be executed in this step
         std::vector<Cycles> until;        ///< of each: how far
+        Listening listening;              ///< of its robots, those that are listened to
     };
 
     // Creation, in creation.cpp, in this order; one of the two channels.
@@ -323,7 +324,6 @@ class Simulation {
     Events events_;                  ///< gathered from the shares, and not taken yet
     Events module_events_;           ///< fetched from the grid, and not taken yet
     BlackBox *black_box_ = nullptr;  ///< mapped file that tells which robots run, or null
-    Listening listening_;
     Team team_;
     std::deque<Share> shares_;
     Slots slots_{0};                                   ///< of all robots, once they are created

@@ -208,16 +208,37 @@ TEST_CASE("robots that reach those of other shares have the same results with an
     }
 }
 
-TEST_CASE("threads give the same where one of them at times does the work of all") {
+TEST_CASE("threads give the same where from some tick on one of them does the work of all") {
     Scene scene = rows_scene(14);
     REQUIRE(has_lanes(scene, 2));
     check_threads(scene, 1200, [](Simulation &simulation, int64_t tick) {
-        simulation.listen_to(tick % 300 == 0 ? std::vector<uint32_t>{3, 50}
-                                             : std::vector<uint32_t>{});
+        if (tick == 500) simulation.keep_trail(10'000, false);
         if (tick % 400 == 200)
             simulation.shine_from_above(message(0x30, {2, 0}), simulation.now() + ticks(10) + 12345,
                                         0);
     });
+}
+
+TEST_CASE("what programs get is written down by threads as by one") {
+    Scene scene = rows_scene(16);
+    REQUIRE(has_lanes(scene, 2));
+    auto heard_with = [&](uint32_t threads) {
+        scene.def.threads = threads;
+        Simulation simulation(scene.def);
+        simulation.listen_to({1, 80, 157});
+        simulation.advance(600);
+        std::vector<std::string> heard;
+        for (const uint32_t robot : {1u, 80u, 157u})
+            for (const Heard &one : simulation.heard_by(robot))
+                heard.push_back(std::to_string(robot) + " " + std::to_string(one.at) + " " +
+                                std::to_string(one.message.type) + " " +
+                                std::to_string(one.distance_mm));
+        return heard;
+    };
+    const auto by_one = heard_with(1);
+    for (const char *robot : {"1 ", "80 ", "157 "})
+        CHECK(std::ranges::any_of(by_one, [&](auto &one) { return one.starts_with(robot); }));
+    for (const uint32_t threads : {2u, 3u, 8u}) CHECK(heard_with(threads) == by_one);
 }
 
 TEST_CASE("threads give the same where robots are put elsewhere while their light is on") {
