@@ -1,7 +1,7 @@
 #include "infrared/ideal_channel.h"
 
 #include <algorithm>
-#include <span>
+#include <bit>
 
 #include "infrared/station.h"
 #include "robots/inbox.h"
@@ -112,10 +112,10 @@ void IdealChannel::end_step() {
     for (Stations *kind : others_)
         while (kind->run(end_, end_)) continue;
     // Other stations receive frames in order of time, and so are they noted.
-    if (shares_.size() == 1 || !others_.empty() || trail() != nullptr)
+    if (!others_.empty() || trail() != nullptr)
         end_step_in_order();
     else
-        end_step_by_shares();
+        end_step_by_place();
     for (Share &share : shares_) {
         counts_.sent += share.counts.sent;
         counts_.wrong_crc += share.counts.wrong_crc;
@@ -132,62 +132,82 @@ void IdealChannel::end_step_in_order() {
         all.insert(all.end(), more.begin(), more.end());
     }
     Share &share = shares_.front();
+    share.sorter.sort(
+        all, now_, context_.step, [](const PlannedFrame &frame) { return frame.emission.at; },
+        [](const PlannedFrame &a, const PlannedFrame &b) {
+            if (a.emission.at != b.emission.at) return a.emission.at < b.emission.at;
+            return a.emission.robot < b.emission.robot;
+        });
     send_all(all, share, [&](const Emission &emission, const Receiver &receiver) {
         deliver(emission, receiver, share.counts);
     });
 }
 
-// First each share finds the receivers of its senders, then it hands its receivers their frames.
-void IdealChannel::end_step_by_shares() {
+// Neighbours one after the other, first as senders, then as receivers: what they need is in the
+// cache then. Each receiver gets what it gets in order of time, and at the same time by sender.
+void IdealChannel::end_step_by_place() {
     Team &team = context_.team;
     team.share([this](uint32_t number) {
         Share &share = shares_[number];
         share.on_way.resize(shares_.size());
         for (auto &deliveries : share.on_way) deliveries.clear();
-        auto &frames = frames_[number].at(now_, context_.step);
-        send_all(frames, share, [&](const Emission &emission, const Receiver &receiver) {
-            const uint32_t to = context_.team.share_of(receiver.robot, context_.robots.size());
-            share.on_way[to].push_back({&emission, receiver});
-        });
+        send_all(frames_by_sender(number), share,
+                 [&](const Emission &emission, const Receiver &receiver) {
+                     const uint32_t to =
+                         context_.team.share_of(receiver.robot, context_.robots.size());
+                     share.on_way[to].push_back({&emission, receiver});
+                 });
     });
     team.share([this](uint32_t share) { deliver_to(share); });
 }
 
-/// By time, then by robot: the order in which inboxes fill depends on nothing else.
-bool IdealChannel::is_before(const Emission &a, const Emission &b) const {
-    if (a.at != b.at) return a.at < b.at;
-    return context_.robots[a.robot].index() < context_.robots[b.robot].index();
+/// Frames of a share's senders in this step, by sender, those of one in order of time.
+std::vector<PlannedFrame> &IdealChannel::frames_by_sender(uint32_t share) {
+    auto &frames = frames_[share].at(now_, context_.step);
+    sort_by_robot(
+        shares_[share].sorter, frames, share,
+        [](const PlannedFrame &frame) { return frame.emission.robot; },
+        [](const PlannedFrame &frame) { return frame.emission.at; });
+    return frames;
 }
 
-/// Merges what senders of all shares have for receivers of one.
-void IdealChannel::deliver_to(uint32_t share) {
+/// Delivers what senders of all shares have for receivers of one.
+void IdealChannel::deliver_to(uint32_t number) {
     constexpr size_t LATER = 8;
-    std::vector<std::span<const Delivery>> left;
+    const bool many = prefetches(context_.robots.size());
+    Share &share = shares_[number];
+    auto &arriving = share.arriving;
+    arriving.clear();
     for (const Share &from : shares_)
-        if (!from.on_way[share].empty()) left.emplace_back(from.on_way[share]);
-    while (!left.empty()) {
-        const auto next = std::min_element(left.begin(), left.end(), [this](auto &a, auto &b) {
-            return is_before(*a.front().emission, *b.front().emission);
-        });
-        const Emission *const emission = next->front().emission;
-        if (next->size() > LATER && prefetches(context_.robots.size()))
-            context_.robots[(*next)[LATER].receiver.robot].prefetch_receiver();
-        size_t count = 0;
-        for (; count < next->size() && (*next)[count].emission == emission; count++)
-            deliver(*emission, (*next)[count].receiver, shares_[share].counts);
-        *next = next->subspan(count);
-        if (next->empty()) left.erase(next);
+        arriving.insert(arriving.end(), from.on_way[number].begin(), from.on_way[number].end());
+    sort_by_robot(
+        share.arriving_sorter, arriving, number,
+        [](const Delivery &delivery) { return delivery.receiver.robot; },
+        [](const Delivery &delivery) { return delivery.emission->at; });
+    for (size_t i = 0; i < arriving.size(); i++) {
+        if (many && i + LATER < arriving.size())
+            context_.robots[arriving[i + LATER].receiver.robot].prefetch_receiver();
+        deliver(*arriving[i].emission, arriving[i].receiver, share.counts);
     }
+}
+
+/// Sorts what belongs to robots of a share by robot, then by time, and leaves the rest as it is.
+template <typename T, typename RobotOf, typename TimeOf>
+void IdealChannel::sort_by_robot(StepSorter<T> &sorter, std::vector<T> &items, uint32_t share,
+                                 RobotOf robot_of, TimeOf time_of) const {
+    const size_t robots = context_.robots.size(), first = context_.team.begin_of(share, robots),
+                 end = context_.team.begin_of(share + 1, robots);
+    sorter.sort(
+        items, first, std::bit_ceil(end - first), [&](const T &item) { return robot_of(item); },
+        [&](const T &a, const T &b) {
+            return robot_of(a) != robot_of(b) ? robot_of(a) < robot_of(b) : time_of(a) < time_of(b);
+        });
 }
 
 /// Frames of the step that begins at now_, whose senders and `share` belong together.
 template <typename Deliver>
-void IdealChannel::send_all(std::vector<PlannedFrame> &frames, Share &share, Deliver deliver) {
-    share.sorter.sort(
-        frames, now_, context_.step, [](const PlannedFrame &frame) { return frame.emission.at; },
-        [this](const PlannedFrame &a, const PlannedFrame &b) {
-            return is_before(a.emission, b.emission);
-        });
+void IdealChannel::send_all(const std::vector<PlannedFrame> &frames, Share &share,
+                            Deliver deliver) {
     for (size_t i = 0; i < frames.size(); i++) {
         prefetch_after(frames, i);
         const auto &[emission, next] = frames[i];

@@ -77,7 +77,7 @@ class IdealChannel final : public Channel {
         uint32_t controller;
     };
 
-    /// A frame on its way to a robot of another share.
+    /// A frame on its way to a robot.
     struct Delivery {
         const Emission *emission;
         Receiver receiver;
@@ -86,17 +86,22 @@ class IdealChannel final : public Channel {
     struct alignas(64) Share {
         StepSorter<PlannedFrame> sorter;
         ChannelCounts counts;                       ///< of this step
-        std::vector<std::vector<Delivery>> on_way;  ///< by the receivers' share, in order of time
+        std::vector<std::vector<Delivery>> on_way;  ///< by the receivers' share, by sender
+        std::vector<Delivery> arriving;             ///< at receivers of this share
+        StepSorter<Delivery> arriving_sorter;
     };
 
     void plan_frames(uint32_t robot);
     void prefetch_after(const std::vector<PlannedFrame> &frames, size_t i) const;
-    void end_step_in_order();  ///< all frames of the step, one after the other
-    void end_step_by_shares();
-    bool is_before(const Emission &a, const Emission &b) const;
-    void deliver_to(uint32_t share);
+    void end_step_in_order();  ///< all frames of the step, in order of time
+    void end_step_by_place();
+    std::vector<PlannedFrame> &frames_by_sender(uint32_t share);
+    void deliver_to(uint32_t number);
+    template <typename T, typename RobotOf, typename TimeOf>
+    void sort_by_robot(StepSorter<T> &sorter, std::vector<T> &items, uint32_t share,
+                       RobotOf robot_of, TimeOf time_of) const;
     template <typename Deliver>
-    void send_all(std::vector<PlannedFrame> &frames, Share &share, Deliver deliver);
+    void send_all(const std::vector<PlannedFrame> &frames, Share &share, Deliver deliver);
     /// Finds the receivers, if its CRC is right.
     template <typename Deliver>
     void send(const Emission &emission, ChannelCounts &counts, Deliver deliver);
