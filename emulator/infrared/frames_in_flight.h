@@ -60,11 +60,11 @@ class FramesInFlight {
         uint64_t draws = 0;         ///< so many numbers were drawn for what it receives
         FrameCounts counts;         ///< of a robot
         uint32_t frame = NONE;      ///< what it sends
+        uint32_t arrival = NONE;    ///< of a robot: the last that it has to get (guest_robots.h)
         uint16_t planned = 0;       ///< so many of its frames are planned
         uint8_t kind = 0;           ///< index of its Stations in the channel
         bool heeds_light = false;   ///< a robot that is told when light falls on it
         bool in_turn = false;       ///< a robot that is executed in its turn (guest_robots.h)
-        bool has_arrivals = false;  ///< a robot that will get frames before it is executed
         bool is_tentative = false;  ///< a robot that is run tentatively (tentative_runs.h)
         bool is_deaf = false;       ///< a robot on which no light falls any more
         bool is_mute = false;       ///< one whose light reaches no receiver

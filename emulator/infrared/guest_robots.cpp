@@ -189,14 +189,17 @@ void GuestRobots::give_turn(uint32_t robot) {
     if (station.in_turn) return;
     station.in_turn = true;
     lane_of(robot).turns.push_back(robot);
-    if (!station.has_arrivals) return;  // most, and a search costs all of them
     Share &share = shares_[context_.robots[robot].share()];
-    auto &arrivals = share.arrivals;
-    auto is_of_others = [robot](const Arrival &arrival) { return arrival.robot != robot; };
-    const auto own = std::stable_partition(arrivals.begin(), arrivals.end(), is_of_others);
-    for (auto arrival = own; arrival != arrivals.end(); arrival++)
-        hand_over(*arrival, share.counts);
-    arrivals.erase(own, arrivals.end());
+    hand_over_up_to(std::exchange(station.arrival, FramesInFlight::NONE), share);
+}
+
+/// Hands a robot its arrivals up to the `last` one, in order of time, and leaves their places empty.
+void GuestRobots::hand_over_up_to(uint32_t last, Share &share) {
+    if (last == FramesInFlight::NONE) return;
+    Arrival &arrival = share.arrivals[last];
+    hand_over_up_to(arrival.before, share);
+    hand_over(arrival, share.counts);
+    arrival.robot = FramesInFlight::NONE;
 }
 
 void GuestRobots::hand_over_all(Share &share) {
@@ -204,27 +207,23 @@ void GuestRobots::hand_over_all(Share &share) {
     const auto &arrivals = share.arrivals;
     const bool many = prefetches(context_.robots.size());
     for (size_t i = 0; i < arrivals.size(); i++) {
-        if (many && i + LATER < arrivals.size()) {
-            const uint32_t later = arrivals[i + LATER].robot;
-            channel_.in_flight().prefetch(later);
-            receiver_.prefetch(later);
-            context_.robots[later].prefetch_receiver();
-        }
+        if (many && i + LATER < arrivals.size()) prefetch_receiver(arrivals[i + LATER].robot);
+        const uint32_t robot = arrivals[i].robot;
+        if (robot == FramesInFlight::NONE) continue;
+        channel_.in_flight().station(robot).arrival = FramesInFlight::NONE;
         hand_over(arrivals[i], share.counts);
     }
     share.arrivals.clear();
 }
 
 void GuestRobots::hand_over(const Arrival &arrival, ChannelCounts &counts) {
-    const auto &[begin, range_m, draw, robot, distance_mm, message] = arrival;
-    auto &station = channel_.in_flight().station(robot);
-    station.has_arrivals = false;
+    const auto &[begin, range_m, draw, robot, distance_mm, message, before] = arrival;
     if (receiver_.is_lost(robot, distance_mm, range_m, draw)) {
         counts.lost++;
         return;
     }
     counts.received++;
-    station.counts.received++;
+    channel_.in_flight().station(robot).counts.received++;
     context_.robots[robot].receive(begin + FRAME_CYCLES, message,
                                    receiver_.measure(robot, distance_mm, draw));
 }
@@ -470,10 +469,10 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
     auto &station = channel_.in_flight().station(index);
     const uint64_t draw = from_above ? 0 : station.draws++;
     if (!station.in_turn && !from_above && !frame.has_orders && channel_.trail() == nullptr) {
-        station.has_arrivals = true;
-        const size_t share = context_.team.share_of(index, context_.robots.size());
-        shares_[share].arrivals.push_back({frame.begin, frame.range_m, draw, index,
-                                           reached.distance_mm, frame.message->message()});
+        auto &arrivals = shares_[context_.team.share_of(index, context_.robots.size())].arrivals;
+        arrivals.push_back(
+            {frame.begin, frame.range_m, draw, index, reached.distance_mm, frame.message->message(),
+             std::exchange(station.arrival, static_cast<uint32_t>(arrivals.size()))});
         return;
     }
     if (receiver_.is_lost(frame, reached, draw)) {
@@ -495,6 +494,13 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
 }
 
 // Memory
+
+void GuestRobots::prefetch_receiver(uint32_t robot) const {
+    if (robot == FramesInFlight::NONE) return;
+    channel_.in_flight().prefetch(robot);
+    receiver_.prefetch(robot);
+    context_.robots[robot].prefetch_receiver();
+}
 
 void GuestRobots::prefetch(uint32_t robot) const {
     if (!channel_.in_flight().station(robot).in_turn) return;

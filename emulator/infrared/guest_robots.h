@@ -94,6 +94,7 @@ class GuestRobots final : public Stations {
         uint32_t robot;
         float distance_mm;
         message_t message;
+        uint32_t before;  ///< the robot's last one before, in the same list; NONE: there is none
     };
     /// Robots of a share in this step (base/team.h), and events of its lane; the joint lane has one
     /// without robots, where there are several.
@@ -124,10 +125,12 @@ class GuestRobots final : public Stations {
     void schedule(uint32_t robot, const GuestEvent &event);
     void give_turn(uint32_t robot);
     void hand_over(const Arrival &arrival, ChannelCounts &counts);
+    void hand_over_up_to(uint32_t last, Share &share);
     void hand_over_all(Share &share);
     /// Brings into the cache what the events of a lane some turns after the next one need. For large
     /// swarms only.
     void prefetch_events(Share &share);
+    void prefetch_receiver(uint32_t robot) const;
     void prefetch_senders_after(const Share &share, size_t i) const;
     void prefetch_first_after(const Share &share, size_t i) const;
     uint32_t robot_of(Share &share, const GuestEvent &event);
