@@ -109,8 +109,8 @@ struct SimulationDef {
     /// That step the world, 1 to BlackBox::MOST_SHARES, or fewer where more cannot help: as many as
     /// there are robots, and one with boards. Changes no result.
     uint32_t threads = 1;
-    /// Robots are kept by place where there are so many; by index where there are fewer, or boards.
-    /// Changes no result.
+    /// Robots are kept by place where there are so many; by index where there are fewer, or boards
+    /// (base/slots.h).
     size_t kept_by_place_from = 4000;
 };
 
