@@ -69,7 +69,7 @@ def bench(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure robot-seconds per CPU-second, by one thread; a million robots by several."""
+    """Measure robot-seconds per CPU-second, on one core or on several."""
     names = [one.value for one in workloads or Workload]
     note = steps.note(quiet)
     results: list[dict[str, Any]] = []

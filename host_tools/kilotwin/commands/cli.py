@@ -69,7 +69,7 @@ PANELS = {
         "new": "Make a repository for a lab: program, experiment, scenario, tests, and files for"
         " CI.",
         "doctor": "Say what is here, what is missing, and what to type.",
-        "bench": "Measure robot-seconds per CPU-second on one core.",
+        "bench": "Measure robot-seconds per CPU-second, on one core or on several.",
     },
 }
 """Modules of kilotwin.commands and the first lines of their help, as `--help` groups them."""
