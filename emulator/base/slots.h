@@ -3,9 +3,9 @@
 /// An experiment knows a robot by its index. The engine keeps large swarms by place, so that robots
 /// near each other on the table are near each other in memory, and in one share (base/team.h): all
 /// lists by robot in bodies and channels have one entry for each slot. Draws, events and whatever
-/// else leaves the engine go by index, so that the order of slots changes no result, but for the last
-/// bits of islands of contacts, which solve theirs one after the other, and for frames that begin in
-/// the same cycle.
+/// else leaves the engine go by index, so that the order of slots changes no result, but for the
+/// last bits of islands of contacts, which solve theirs one after the other, and for frames that
+/// begin in the same cycle.
 #ifndef KILOTWIN_BASE_SLOTS_H
 #define KILOTWIN_BASE_SLOTS_H
 

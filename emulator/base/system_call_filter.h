@@ -25,8 +25,8 @@ class SystemCallFilter {
     static SystemCallFilter of_worker(bool sockets, bool forks);
 
     /// The same for a worker that has yet to load its guests: it maps code of files and of memory,
-    /// starts the threads that run guests, opens ports if it may have sockets, limits its memory, and
-    /// installs a further filter.
+    /// starts the threads that run guests, opens ports if it may have sockets, limits its memory,
+    /// and installs a further filter.
     static SystemCallFilter of_loader(bool sockets, bool forks);
 
     /// A refuse-list for a compiler and what it starts: the network, and other processes.

@@ -23,9 +23,9 @@ class Team {
   public:
     /// A team of one member, the caller alone.
     Team() : Team(1, nullptr) {}
-    /// A team of `members`, 1 or more: the caller and threads that are started here. Each of these calls
-    /// `prepare`, which may be null, before any of them has work. EngineError where the system
-    /// starts no more threads.
+    /// A team of `members`, 1 or more: the caller and threads that are started here. Each of these
+    /// calls `prepare`, which may be null, before any of them has work. EngineError where the
+    /// system starts no more threads.
     Team(uint32_t members, void (*prepare)());
     ~Team();
     Team(const Team &) = delete;

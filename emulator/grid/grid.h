@@ -146,8 +146,8 @@ class Grid final : private ModuleNodes {
     /// Whether it has power.
     bool lives(uint32_t module) const { return !dead_[module]; }
 
-    /// Lookahead: the earliest moment at which `module`, executed in the order of time, may be about
-    /// to send; NEVER while it waits for an answer.
+    /// Lookahead: the earliest moment at which `module`, executed in the order of time, may be
+    /// about to send; NEVER while it waits for an answer.
     Cycles next_event(uint32_t module) const { return due_.at(module); }
 
     /// A frame of a robot ends at `at`, at a cell that listened. All before `at` has been executed.

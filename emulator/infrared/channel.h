@@ -1,9 +1,9 @@
 /// Interface of the infrared channels: what the simulation's loop needs of a medium.
 ///
 /// In a world step the loop calls run(), then for each robot that is due lookahead(), then for each
-/// run_robot(), then end_step(). The members of a team call lookahead() and run_robot(), each for the
-/// robots of its share. A channel owns everything between the begin of a frame at one station and
-/// its reception at others; what it cannot know of a station it asks its kind for
+/// run_robot(), then end_step(). The members of a team call lookahead() and run_robot(), each for
+/// the robots of its share. A channel owns everything between the begin of a frame at one station
+/// and its reception at others; what it cannot know of a station it asks its kind for
 /// (infrared/station.h).
 #ifndef KILOTWIN_INFRARED_CHANNEL_H
 #define KILOTWIN_INFRARED_CHANNEL_H
@@ -103,13 +103,16 @@ class Channel {
     /// `end`, the current step. No robot is run beyond `limit`.
     virtual void run(Cycles begin, Cycles end, Cycles limit) = 0;
 
+    /// Whether run() executes robots, up to what needs the order of time.
+    virtual bool executes_robots() const { return false; }
+
     /// Lookahead: until when nothing can reach a robot for certain, at most `limit`. A robot that
     /// cannot begin a frame, or cannot come into reach before, reaches none. Where it is before
     /// `useful` it may be given as any moment before that. Time O(neighbours), less in a crowd.
     virtual Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) const = 0;
 
-    /// Executes a robot up to `until`, the end of the current step or lookahead(). Changes only what
-    /// is the robot's, or its share's.
+    /// Executes a robot up to `until`, the end of the current step or lookahead(). Changes only
+    /// what is the robot's, or its share's.
     virtual void run_robot(uint32_t robot, Cycles until) = 0;
 
     /// All robots have been executed up to the end of the current step, or farther.

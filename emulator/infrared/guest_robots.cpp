@@ -193,7 +193,8 @@ void GuestRobots::give_turn(uint32_t robot) {
     hand_over_up_to(std::exchange(station.arrival, FramesInFlight::NONE), share);
 }
 
-/// Hands a robot its arrivals up to the `last` one, in order of time, and leaves their places empty.
+/// Hands a robot its arrivals up to the `last` one, in order of time, and leaves their places
+/// empty.
 void GuestRobots::hand_over_up_to(uint32_t last, Share &share) {
     if (last == FramesInFlight::NONE) return;
     Arrival &arrival = share.arrivals[last];
@@ -207,10 +208,12 @@ void GuestRobots::hand_over_all(Share &share) {
     const auto &arrivals = share.arrivals;
     const bool many = prefetches(context_.robots.size());
     for (size_t i = 0; i < arrivals.size(); i++) {
-        if (many && i + LATER < arrivals.size()) prefetch_receiver(arrivals[i + LATER].robot);
-        const uint32_t robot = arrivals[i].robot;
-        if (robot == FramesInFlight::NONE) continue;
-        channel_.in_flight().station(robot).arrival = FramesInFlight::NONE;
+        if (many && i + LATER < arrivals.size() && !arrivals[i + LATER].is_handed_over()) {
+            channel_.in_flight().prefetch(arrivals[i + LATER].robot);
+            prefetch_receiver(arrivals[i + LATER].robot);
+        }
+        if (arrivals[i].is_handed_over()) continue;
+        channel_.in_flight().station(arrivals[i].robot).arrival = FramesInFlight::NONE;
         hand_over(arrivals[i], share.counts);
     }
     share.arrivals.clear();
@@ -495,15 +498,11 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
 
 // Memory
 
-void GuestRobots::prefetch_receiver(uint32_t robot) const {
-    if (robot == FramesInFlight::NONE) return;
-    channel_.in_flight().prefetch(robot);
-    receiver_.prefetch(robot);
-    context_.robots[robot].prefetch_receiver();
+void GuestRobots::prefetch(uint32_t robot) const {
+    if (channel_.in_flight().station(robot).in_turn) prefetch_receiver(robot);
 }
 
-void GuestRobots::prefetch(uint32_t robot) const {
-    if (!channel_.in_flight().station(robot).in_turn) return;
+void GuestRobots::prefetch_receiver(uint32_t robot) const {
     receiver_.prefetch(robot);
     context_.robots[robot].prefetch_receiver();
 }

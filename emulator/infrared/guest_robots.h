@@ -3,9 +3,9 @@
 ///
 /// A robot is executed up to the moment of its transmit request, and past it if carrier sense is
 /// known to find the channel free: then its frames are planned, and begin in their time. A robot
-/// of which that is known when the step begins need not wait for its turn: members of a team execute
-/// these first. Requests and planned frames of one step are kept in order of time, by each lane
-/// (infrared/lanes.h); each costs O(neighbours).
+/// of which that is known when the step begins need not wait for its turn: members of a team
+/// execute these first. Requests and planned frames of one step are kept in order of time, by each
+/// lane (infrared/lanes.h); each costs O(neighbours).
 ///
 /// A robot that has had nothing to say for some time is run on tentatively, for many steps, as if
 /// no light reached it, and where light does reach it, it is brought back (tentative_runs.h). To
@@ -90,11 +90,13 @@ class GuestRobots final : public Stations {
     struct Arrival {
         Cycles begin;  ///< of the frame
         double range_m;
-        uint64_t draw;  ///< the robot's count of frames
-        uint32_t robot;
+        uint64_t draw;   ///< the robot's count of frames
+        uint32_t robot;  ///< NONE: it has got this
         float distance_mm;
         message_t message;
         uint32_t before;  ///< the robot's last one before, in the same list; NONE: there is none
+
+        bool is_handed_over() const { return robot == FramesInFlight::NONE; }
     };
     /// Robots of a share in this step (base/team.h), and events of its lane; the joint lane has one
     /// without robots, where there are several.
@@ -127,8 +129,8 @@ class GuestRobots final : public Stations {
     void hand_over(const Arrival &arrival, ChannelCounts &counts);
     void hand_over_up_to(uint32_t last, Share &share);
     void hand_over_all(Share &share);
-    /// Brings into the cache what the events of a lane some turns after the next one need. For large
-    /// swarms only.
+    /// Brings into the cache what the events of a lane some turns after the next one need. For
+    /// large swarms only.
     void prefetch_events(Share &share);
     void prefetch_receiver(uint32_t robot) const;
     void prefetch_senders_after(const Share &share, size_t i) const;

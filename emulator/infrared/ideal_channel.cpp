@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "infrared/station.h"
 #include "robots/inbox.h"
@@ -176,14 +177,16 @@ void IdealChannel::deliver_to(uint32_t number) {
     constexpr size_t LATER = 8;
     const bool many = prefetches(context_.robots.size());
     Share &share = shares_[number];
-    auto &arriving = share.arriving;
-    arriving.clear();
+    auto &arriving = share.on_way[number];
     for (const Share &from : shares_)
-        arriving.insert(arriving.end(), from.on_way[number].begin(), from.on_way[number].end());
+        if (&from != &share)
+            arriving.insert(arriving.end(), from.on_way[number].begin(), from.on_way[number].end());
     sort_by_robot(
         share.arriving_sorter, arriving, number,
         [](const Delivery &delivery) { return delivery.receiver.robot; },
-        [](const Delivery &delivery) { return delivery.emission->at; });
+        [](const Delivery &delivery) {
+            return std::pair(delivery.emission->at, delivery.emission->robot);
+        });
     for (size_t i = 0; i < arriving.size(); i++) {
         if (many && i + LATER < arriving.size())
             context_.robots[arriving[i + LATER].receiver.robot].prefetch_receiver();
@@ -191,17 +194,15 @@ void IdealChannel::deliver_to(uint32_t number) {
     }
 }
 
-/// Sorts what belongs to robots of a share by robot, then by time, and leaves the rest as it is.
-template <typename T, typename RobotOf, typename TimeOf>
+/// Sorts what belongs to robots of a share by robot, then by what `then_of` gives.
+template <typename T, typename RobotOf, typename ThenOf>
 void IdealChannel::sort_by_robot(StepSorter<T> &sorter, std::vector<T> &items, uint32_t share,
-                                 RobotOf robot_of, TimeOf time_of) const {
+                                 RobotOf robot_of, ThenOf then_of) const {
     const size_t robots = context_.robots.size(), first = context_.team.begin_of(share, robots),
                  end = context_.team.begin_of(share + 1, robots);
-    sorter.sort(
-        items, first, std::bit_ceil(end - first), [&](const T &item) { return robot_of(item); },
-        [&](const T &a, const T &b) {
-            return robot_of(a) != robot_of(b) ? robot_of(a) < robot_of(b) : time_of(a) < time_of(b);
-        });
+    sorter.sort(items, first, std::bit_ceil(end - first), robot_of, [&](const T &a, const T &b) {
+        return robot_of(a) != robot_of(b) ? robot_of(a) < robot_of(b) : then_of(a) < then_of(b);
+    });
 }
 
 /// Frames of the step that begins at now_, whose senders and `share` belong together.

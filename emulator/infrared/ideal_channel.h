@@ -87,7 +87,6 @@ class IdealChannel final : public Channel {
         StepSorter<PlannedFrame> sorter;
         ChannelCounts counts;                       ///< of this step
         std::vector<std::vector<Delivery>> on_way;  ///< by the receivers' share, by sender
-        std::vector<Delivery> arriving;             ///< at receivers of this share
         StepSorter<Delivery> arriving_sorter;
     };
 
@@ -97,9 +96,9 @@ class IdealChannel final : public Channel {
     void end_step_by_place();
     std::vector<PlannedFrame> &frames_by_sender(uint32_t share);
     void deliver_to(uint32_t number);
-    template <typename T, typename RobotOf, typename TimeOf>
+    template <typename T, typename RobotOf, typename ThenOf>
     void sort_by_robot(StepSorter<T> &sorter, std::vector<T> &items, uint32_t share,
-                       RobotOf robot_of, TimeOf time_of) const;
+                       RobotOf robot_of, ThenOf then_of) const;
     template <typename Deliver>
     void send_all(const std::vector<PlannedFrame> &frames, Share &share, Deliver deliver);
     /// Finds the receivers, if its CRC is right.

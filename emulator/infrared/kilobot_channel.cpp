@@ -129,7 +129,7 @@ bool KilobotChannel::is_far_light_on() const {
     return false;
 }
 
-/// What goes on since an earlier step goes to its lane of this one.
+/// Windows and frames that began in an earlier step go to their lanes of this one.
 void KilobotChannel::change_lanes() {
     std::vector<End> windows, frames;
     for (uint32_t lane = 0; lane < lanes_.count(); lane++) {

@@ -68,6 +68,7 @@ class KilobotChannel final : public Channel {
     Cycles next_from_above() const override { return above_.next(); }
     void lists_changed() override;
     void run(Cycles begin, Cycles end, Cycles limit) override;
+    bool executes_robots() const override { return true; }
     Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) const override;
     void run_robot(uint32_t robot, Cycles until) override { guests_.run_robot(robot, until); }
     void end_step() override {}

@@ -3,8 +3,8 @@
 ///
 /// Within a world step an event at a station touches that station, those in its neighbour list and
 /// the frames audible at these. So two stations that are active (that have, or may come to have,
-/// events in this step) depend on one another only if both reach a common one, or through a chain of
-/// such pairs. Each share of a team (base/team.h) has a lane. Active robots that reach one of
+/// events in this step) depend on one another only if both reach a common one, or through a chain
+/// of such pairs. Each share of a team (base/team.h) has a lane. Active robots that reach one of
 /// another share, and all that depend on them, are in the joint lane, which has its turn when the
 /// others are done. Each lane takes its events in order of time: what comes out is what one lane
 /// would give.

@@ -174,24 +174,25 @@ void Bodies::go_freely() {
         before_.resize(changing_);
     }
     team_.share(size(), [this](uint32_t share, size_t begin, size_t end) {
-        size_t slot = 0;
-        for (uint32_t other = 0; other < share; other++) slot += shares_[other].changing.size();
-        change_drives(shares_[share], slot);
+        size_t number = 0;
+        for (uint32_t other = 0; other < share; other++) number += shares_[other].changing.size();
+        change_drives(shares_[share], number);
         for (size_t robot = begin; robot < end; robot++)
             next_places_[robot] = trajectories_[robot].position(now_ + step_);
     });
 }
 
 /// Commands of the robots of a share take effect. How these went when the step began is kept in
-/// before_ from `slot` on.
-void Bodies::change_drives(const Share &share, size_t slot) {
+/// before_ from `number` on.
+void Bodies::change_drives(const Share &share, size_t number) {
     constexpr size_t SOON = 4;
     const auto &changing = share.changing;
-    for (size_t i = 0; i < changing.size(); i++, slot++) {
+    for (size_t i = 0; i < changing.size(); i++, number++) {
         if (prefetches(size()) && i + SOON < changing.size()) prefetch_motors(changing[i + SOON]);
         const uint32_t robot = changing[i];
-        before_[slot] = {robot, {trajectories_[robot].heading(now_), trajectories_[robot].drive()}};
-        candidates_[robot].before_slot = static_cast<uint32_t>(slot);
+        before_[number] = {robot,
+                           {trajectories_[robot].heading(now_), trajectories_[robot].drive()}};
+        candidates_[robot].before_number = static_cast<uint32_t>(number);
         apply_commands(robot, now_ + step_);
     }
 }
@@ -223,12 +224,12 @@ void Bodies::apply_commands(uint32_t robot, Cycles until) {
 
 /// Whether commands of this step took effect already: its trajectory is that of the step's end.
 bool Bodies::has_changed(uint32_t robot) const {
-    const uint32_t slot = candidates_[robot].before_slot;
-    return slot < changing_ && before_[slot].robot == robot;
+    const uint32_t number = candidates_[robot].before_number;
+    return number < changing_ && before_[number].robot == robot;
 }
 
 Bodies::Going Bodies::going(uint32_t robot) const {
-    if (has_changed(robot)) return before_[candidates_[robot].before_slot].going;
+    if (has_changed(robot)) return before_[candidates_[robot].before_number].going;
     return {trajectories_[robot].heading(now_), trajectories_[robot].drive()};
 }
 

@@ -39,8 +39,8 @@ namespace kilotwin {
 class Bodies {
   public:
     /// Robots that stand at `poses`, by slot, when the first step begins, at `begin`; steps last
-    /// `step` cycles, 1, 2 or 4 ticks. Neighbour lists reach `reach_m` at least, and never less than a
-    /// contact does. `arena`, `chance`, `slots` and `team` must outlive this.
+    /// `step` cycles, 1, 2 or 4 ticks. Neighbour lists reach `reach_m` at least, and never less
+    /// than a contact does. `arena`, `chance`, `slots` and `team` must outlive this.
     Bodies(const Arena &arena, const Profile &profile, const Chance &chance, const Slots &slots,
            Team &team, Cycles step, Cycles begin, const std::vector<Pose> &poses, double reach_m,
            const std::vector<PlacedObject> &objects = {});
@@ -149,7 +149,7 @@ class Bodies {
     struct Held {
         static constexpr uint32_t NEW = UINT32_MAX;
         uint32_t robot;
-        uint32_t last_slot;  ///< position in crowd_ in the last step; NEW: it had none
+        uint32_t last_number;  ///< position in crowd_ in the last step; NEW: it had none
     };
     /// Robots of a share, ascending, in a step (base/team.h).
     struct alignas(64) Share {
@@ -178,8 +178,8 @@ class Bodies {
         Cycles until = 0;
         RobotList robots;
         // Places of the one robot in lists of a step, if it is there.
-        uint32_t before_slot = 0;  ///< position in before_
-        uint32_t body_slot = 0;    ///< position in crowd_
+        uint32_t before_number = 0;  ///< position in before_
+        uint32_t body_number = 0;    ///< position in crowd_
     };
     /// The robots around an object when a list of them was made.
     struct Surroundings {
@@ -204,7 +204,7 @@ class Bodies {
         chassis_.prefetch(robot);
     }
     void go_freely();
-    void change_drives(const Share &share, size_t slot);
+    void change_drives(const Share &share, size_t number);
     void apply_commands(uint32_t robot, Cycles until);
     bool has_changed(uint32_t robot) const;
     Going going(uint32_t robot) const;
@@ -254,9 +254,9 @@ class Bodies {
 
     // After it: robots that touch to contacts_, and their poses back.
     void update_contacts();
-    void hold_touching(Share &share, uint32_t last_slot);
+    void hold_touching(Share &share, uint32_t last_number);
     void step_contacts();
-    void fill_bodies(const Share &share, uint32_t slot);
+    void fill_bodies(const Share &share, uint32_t number);
     void fill_body(ContactBody &body, uint32_t robot, double heading);
     /// A body goes on from where the contact left it.
     void take_moved(ContactBody &body, Cycles end);

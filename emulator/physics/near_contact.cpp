@@ -15,7 +15,7 @@ constexpr uint8_t STEPS_APART_TO_LEAVE = 2;  // then a robot is free again
 }  // namespace
 
 void Bodies::find_candidates(uint32_t robot) {
-    auto &[until, robots, before_slot, body_slot] = candidates_[robot];
+    auto &[until, robots, before_number, body_number] = candidates_[robot];
     const auto list = lists_.of(robot);
     robots.resize(list.size());
     const Eigen::Vector2d here = position(robot);
@@ -206,8 +206,8 @@ void Bodies::update_contacts() {
     crowd_.driven.resize(bodies);
 }
 
-/// Those of a share, whose bodies had positions from `last_slot` on.
-void Bodies::hold_touching(Share &share, uint32_t last_slot) {
+/// Those of a share, whose bodies had positions from `last_number` on.
+void Bodies::hold_touching(Share &share, uint32_t last_number) {
     sort_tail(share.touching);
     sort_tail(share.pairs);
     share.held_so_far.swap(share.held);
@@ -221,7 +221,7 @@ void Bodies::hold_touching(Share &share, uint32_t last_slot) {
         }
     };
     for (const auto &[robot, before] : share.held_so_far) {
-        const uint32_t slot = last_slot++;
+        const uint32_t number = last_number++;
         take_up_to(robot);
         if (!is_held_[robot]) continue;  // it was placed elsewhere
         if (touching != share.touching.end() && *touching == robot) {
@@ -231,7 +231,7 @@ void Bodies::hold_touching(Share &share, uint32_t last_slot) {
             is_held_[robot] = false;
             continue;
         }
-        share.held.push_back({robot, slot});
+        share.held.push_back({robot, number});
     }
     take_up_to(UINT32_MAX);
     for (const uint32_t robot : share.touching) is_touching_[robot] = false;
@@ -269,14 +269,15 @@ void Bodies::step_contacts() {
     });
 }
 
-/// Makes the bodies of a share's robots, from position `slot` on.
-void Bodies::fill_bodies(const Share &share, uint32_t slot) {
-    for (const auto &[robot, last_slot] : share.held) {
-        candidates_[robot].body_slot = slot;
+/// Makes the bodies of a share's robots, from position `number` on.
+void Bodies::fill_bodies(const Share &share, uint32_t number) {
+    for (const auto &[robot, last_number] : share.held) {
+        candidates_[robot].body_number = number;
         const Going now = going(robot);
-        crowd_.driven[slot] = last_slot == Held::NEW ? Contacts::driven_as(now.heading, now.drive)
-                                                     : driven_so_far_[last_slot];
-        fill_body(crowd_.bodies[slot++], robot, now.heading);
+        crowd_.driven[number] = last_number == Held::NEW
+                                    ? Contacts::driven_as(now.heading, now.drive)
+                                    : driven_so_far_[last_number];
+        fill_body(crowd_.bodies[number++], robot, now.heading);
     }
 }
 
@@ -326,7 +327,7 @@ void Bodies::find_body_pairs(const Share &share, Crowd::Share &crowd) const {
     for (const auto &[one, other, distance_m] : share.pairs)
         if (distance_m - 2 * radius_m_ <= most_m)
             crowd.pairs.push_back(
-                {candidates_[one].body_slot, candidates_[other].body_slot, distance_m});
+                {candidates_[one].body_number, candidates_[other].body_number, distance_m});
 }
 
 void Bodies::find_wall_contacts(ContactBody &body) const {

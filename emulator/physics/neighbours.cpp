@@ -30,8 +30,8 @@ class Neighbours::Cells {
   public:
     Cells(std::span<const Eigen::Vector2d> positions, double width_m, Team &team);
 
-    /// Pairs within `reach_m`, at most the cells' width, of a share's robots. A share has a block of
-    /// cells, with about as many robots as each other share has.
+    /// Pairs within `reach_m`, at most the cells' width, of a share's robots. A share has a block
+    /// of cells, with about as many robots as each other share has.
     Pairs pairs_of(uint32_t share, double reach_m) const;
 
     /// Calls `visit(robot, is_inside)` for the robots of a share and of the cells around its own,
@@ -158,7 +158,7 @@ Neighbours::Pairs Neighbours::Cells::pairs_of(uint32_t share, double reach_m) co
     const auto cells = static_cast<uint32_t>(first_.size() - 1);
     Pairs pairs;
     size_t inside = 0, outside = 0;
-    // Of two cells side by side, the first one looks into the other.
+    // The first one of two cells side by side looks into the other.
     const auto look = [&](uint32_t place, uint32_t begin, uint32_t end) {
         if (place < own) {
             begin = std::clamp(begin, own, own_end);
@@ -187,8 +187,8 @@ Neighbours::Pairs Neighbours::Cells::pairs_of(uint32_t share, double reach_m) co
     return pairs;
 }
 
-/// Appends to the first `found` pairs the near ones of the robot at `place` and those from `begin` to
-/// `end`. Returns their new number. The list has room for more than that.
+/// Appends to the first `found` pairs the near ones of the robot at `place` and those from `begin`
+/// to `end`. Returns their new number. The list has room for more than that.
 size_t Neighbours::Cells::append_near(uint32_t place, uint32_t begin, uint32_t end, double reach_m,
                                       Swarm<Pairs::Pair> &pairs, size_t found) const {
     if (pairs.size() < found + end - begin) pairs.resize(2 * (found + end - begin));

@@ -27,8 +27,8 @@ class Neighbours {
           team_(team) {}
 
     /// Makes all lists from the robots' positions, m.
-    /// O(robots + pairs): robots are sorted into square cells as wide as the lists reach; each member of
-    /// the team has a block of cells.
+    /// O(robots + pairs): robots are sorted into square cells as wide as the lists reach; each
+    /// member of the team has a block of cells.
     void rebuild(std::span<const Eigen::Vector2d> positions);
 
     /// A view of one list. Valid until the next rebuild().

@@ -87,8 +87,8 @@ class Trail {
         During during;
     };
 
-    /// `cells` and `beacons` as stations are numbered behind robots (simulation/creation.cpp), which
-    /// have their slots. `slots` must live on.
+    /// `cells` and `beacons` as stations are numbered behind robots (simulation/creation.cpp),
+    /// which have their slots. `slots` must live on.
     Trail(const Slots &slots, uint32_t beacons, uint32_t cells, size_t capacity);
 
     /// Byte addresses of code that draws random numbers: [begin, end), of one robot.

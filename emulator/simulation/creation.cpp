@@ -28,8 +28,8 @@ namespace {
 constexpr uint32_t POWER_UP_TICKS = 16;
 constexpr int64_t LEAD_TICKS = 64;
 
-/// The file outlives this process: the parent reads in it which robot ran last. It stays mapped, for
-/// the process's next simulation: one that is confined maps no file any more once programs ran.
+/// The file outlives this process: the parent reads in it which robot ran last. It stays mapped,
+/// for the process's next simulation: one that is confined maps no file any more once programs ran.
 BlackBox *map_black_box(const std::string &path) {
     static std::map<std::string, BlackBox *> mapped;
     if (path.empty()) return nullptr;

@@ -50,7 +50,8 @@ class FloorSensing {
         return floor_ ? std::min(limit, later_sensing_) : limit;
     }
 
-    /// After look(): gives the robot in a slot, which is about to be executed up to `until`, its messages.
+    /// After look(): gives the robot in a slot, which is about to be executed up to `until`, its
+    /// messages.
     void tell(uint32_t slot, Robot &robot, Cycles until) {
         if (next_sensing_ < until)
             floor_->tell(robot, surroundings_[slot].cell, next_sensing_, until);

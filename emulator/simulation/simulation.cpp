@@ -64,7 +64,7 @@ void Simulation::step(Cycles limit) {
     if (bodies_.refresh_lists()) channel_->lists_changed();
     floor_.begin_step(now_);
     sense_on_boards();
-    tell_before_requests(end);
+    tell_ahead_of_channel(end);
     channel_->run(now_, end, floor_.not_beyond(limit));
     // Chips have been executed within run(), up to the end of the step.
     for (uint32_t robot : boards_.robots()) take_motor_commands(robot);
@@ -185,9 +185,9 @@ void Simulation::sense_on_boards() {
     }
 }
 
-/// The Kilobot medium executes robots up to their requests, past what the floor tells in this step.
-void Simulation::tell_before_requests(Cycles end) {
-    if (!def_.kilobot_medium || !floor_.tells_before(end)) return;
+/// A channel that executes robots does so past what the floor tells in this step.
+void Simulation::tell_ahead_of_channel(Cycles end) {
+    if (!channel_->executes_robots() || !floor_.tells_before(end)) return;
     for (uint32_t robot = 0; robot < size(); robot++) {
         if (wake_[robot] > now_) continue;  // executed beyond, and told
         floor_.look(robot, NEVER, !def_.run_ahead);

@@ -225,8 +225,8 @@ class Simulation {
     /// between two calls of advance(). `on_stop` must not throw. EngineError for other robots.
     void hold(const std::vector<uint32_t> &robots,
               std::function<void(const Debugging::Stop &)> on_stop);
-    /// From now on it is noted which bytes of a robot's SRAM change, between two calls of advance().
-    /// EngineError for a robot that no debugger can hold.
+    /// From now on it is noted which bytes of a robot's SRAM change, between two calls of
+    /// advance(). EngineError for a robot that no debugger can hold.
     void note_written(uint32_t robot);
     /// Those since then, or since the last call. EngineError if none are noted.
     WrittenBytes::Bytes take_written();
@@ -289,7 +289,7 @@ class Simulation {
     /// Delivers a command at `at`, not earlier than now_, to the robots it is for.
     void give(const Command &command, Cycles at);
     void sense_on_boards();
-    void tell_before_requests(Cycles end);
+    void tell_ahead_of_channel(Cycles end);
     void run_due_robots(Cycles limit);
     void find_due(Share &share, size_t begin, size_t end, Cycles limit);
     void run_share(Share &share);

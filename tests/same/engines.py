@@ -1,9 +1,11 @@
 """Engines built by other compilers, and how a Python process takes one in place of its own."""
 
+import json
 import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 COMPILERS = {"gcc": "g++", "clang": "clang++"}
@@ -38,6 +40,22 @@ def build_engine(compiler: str, level: str, *targets: str) -> Path:
     for command in (configure, build):
         subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
     return folder
+
+
+def outcomes(*words: str, variables: dict[str, str], before: tuple[str, ...] = ()) -> Any:
+    """The JSON that `tests.same.outcome` prints with these words, in a process of its own.
+
+    `variables` go into its environment, `before` stands in front of the command.
+    CalledProcessError where it fails.
+    """
+    done = subprocess.run(
+        [*before, sys.executable, "-m", "tests.same.outcome", *words],
+        cwd=ROOT,
+        env={**os.environ, **variables},
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    return json.loads(done.stdout)
 
 
 def taking(build: Path, folder: Path) -> dict[str, str]:

@@ -8,15 +8,12 @@ are held against those of one thread by the installed engine. It ends with code 
 reported or a result differs.
 """
 
-import json
-import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
 
-from .engines import ROOT, taking
+from .engines import outcomes, taking
 
 THREADS = ("2", "3", "8")
 
@@ -27,15 +24,20 @@ def main() -> int:
     library = subprocess.run(
         ["gcc", "-print-file-name=libtsan.so"], check=True, capture_output=True, text=True
     ).stdout.strip()
-    expected = _outcomes([], ["1"], {})
+    expected = outcomes("--threads", "1", variables={})["outcomes"]
     with tempfile.TemporaryDirectory(prefix="kilotwin-tsan-") as folder:
         sanitized = {"LD_PRELOAD": library, "TSAN_OPTIONS": "exitcode=66 second_deadlock_stack=1"}
         # It wants its memory where this kernel would not put it by chance.
-        found = _outcomes(
-            ["setarch", "--addr-no-randomize"],
-            THREADS,
-            {**sanitized, **taking(build, Path(folder))},
-        )
+        try:
+            told = outcomes(
+                "--threads",
+                *THREADS,
+                variables={**sanitized, **taking(build, Path(folder))},
+                before=("setarch", "--addr-no-randomize"),
+            )
+        except subprocess.CalledProcessError as error:
+            sys.exit(f"tests.same.outcome ended with code {error.returncode}; its words are above")
+    found = told["outcomes"]
     other = [
         f"{scene}, {threads} threads"
         for scene, by_threads in found.items()
@@ -45,21 +47,6 @@ def main() -> int:
     print(f"{len(found)} scenes, {' and '.join(THREADS)} threads: no race")
     print(f"another result: {', '.join(other)}" if other else "results as of one thread")
     return int(bool(other))
-
-
-def _outcomes(
-    before: list[str], threads: tuple[str, ...] | list[str], variables: dict[str, str]
-) -> Any:
-    done = subprocess.run(
-        [*before, sys.executable, "-m", "tests.same.outcome", "--threads", *threads],
-        cwd=ROOT,
-        env={**os.environ, **variables},
-        stdout=subprocess.PIPE,
-        check=False,
-    )
-    if done.returncode != 0:
-        sys.exit(f"tests.same.outcome ended with code {done.returncode}; its words are above")
-    return json.loads(done.stdout)["outcomes"]
 
 
 if __name__ == "__main__":

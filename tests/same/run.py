@@ -5,17 +5,13 @@ are the robots' programs that it runs. It prints a line for each scene, and ends
 anything differs.
 """
 
-import json
-import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
 
 from kilotwin import _emulator
 
-from .engines import ROOT, build_engine, taking
+from .engines import build_engine, outcomes, taking
 
 
 def main() -> int:
@@ -25,8 +21,8 @@ def main() -> int:
     build = build_engine(other, "-O3")
     with tempfile.TemporaryDirectory(prefix="kilotwin-same-") as folder:
         told = {
-            own: _outcomes({"KILOTWIN_CC": own}),
-            other: _outcomes({"KILOTWIN_CC": other, **taking(build, Path(folder))}),
+            own: outcomes(variables={"KILOTWIN_CC": own}),
+            other: outcomes(variables={"KILOTWIN_CC": other, **taking(build, Path(folder))}),
         }
     for compiler, outcome in told.items():
         print(f"{compiler}: {outcome['build']}")
@@ -45,19 +41,6 @@ def main() -> int:
         print(f"{scene:<20} DIFFERS: {'; '.join(f'{name} {one}' for name, one in every.items())}")
     print("all the same" if not bad else f"{bad} scenes differ")
     return int(bad > 0)
-
-
-def _outcomes(environment: dict[str, str]) -> dict[str, Any]:
-    """What tests.same.outcome prints; CalledProcessError where it fails."""
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.same.outcome"],
-        cwd=ROOT,
-        env={**os.environ, **environment},
-        stdout=subprocess.PIPE,
-        check=True,
-    )
-    told: dict[str, Any] = json.loads(done.stdout)
-    return told
 
 
 if __name__ == "__main__":

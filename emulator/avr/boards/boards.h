@@ -9,8 +9,8 @@
 /// To the channel a board is a sender whose message is known only when it has ended: it gets
 /// flashes, and what a reader of pulses makes of them. Stations are the robots, then four cells for
 /// each module. What a module's controller queues reaches its bus a QUANTUM later; it has one frame
-/// there at a time, and waits with it while its node may not send. One thread executes all boards of
-/// a world.
+/// there at a time, and waits with it while its node may not send. One thread executes all boards
+/// of a world.
 #ifndef KILOTWIN_AVR_BOARDS_BOARDS_H
 #define KILOTWIN_AVR_BOARDS_BOARDS_H
 

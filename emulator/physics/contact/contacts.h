@@ -45,7 +45,7 @@ class Contacts {
     uint64_t island_steps() const { return island_steps_; }
 
   private:
-    /// Of one share.
+    /// Robots of one share as they were driven.
     struct alignas(64) Before {
         std::vector<DrivenBody> driven;  ///< of uncertain bodies, before they moved in this step
     };

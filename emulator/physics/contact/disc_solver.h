@@ -23,8 +23,8 @@ class DiscSolver final : public IslandSolver {
           team_(team),
           shares_(team.size()) {}
 
-    /// Islands have no objects. Time in proportion to bodies and pairs, times sub-steps; each member
-    /// does its share of them.
+    /// Islands have no objects. Time in proportion to bodies and pairs, times sub-steps; each
+    /// member does its share of them.
     void solve(std::vector<Islands> &islands, double step_s) override;
     bool solves_by_shares() const override { return true; }
     void forget(uint32_t robot) override;

@@ -54,7 +54,8 @@ struct ContactPair {
     double distance_m;  ///< of their centres, when the step begins
 };
 
-/// All robots near a contact in a step, and which of them may touch each other, by shares of a team.
+/// All robots near a contact in a step, and which of them may touch each other, by shares of a
+/// team.
 struct Crowd {
     struct Share {
         uint32_t begin = 0, end = 0;     ///< positions of its bodies

@@ -1,6 +1,6 @@
 /// Interface of the solvers that move the islands (islands.h) of a world step: disc_solver.h discs
-/// alone, box2d_solver.h discs and objects. This base holds what both need: how finely a step is divided, and how
-/// robots are kept out of walls.
+/// alone, box2d_solver.h discs and objects. This base holds what both need: how finely a step is
+/// divided, and how robots are kept out of walls.
 #ifndef KILOTWIN_PHYSICS_CONTACT_ISLAND_SOLVER_H
 #define KILOTWIN_PHYSICS_CONTACT_ISLAND_SOLVER_H
 
@@ -42,13 +42,13 @@ class IslandSolver {
     struct Division {
         int rounds, sub_steps;
     };
-    /// What that depends on, of some islands.
+    /// How close bodies of some islands come: the division depends on it.
     struct Closeness {
         /// Farthest that two close that are not seen as the step begins.
         double closing_m = 0;
-        /// Of those that overlap, in all: whole numbers, whose sum depends on no order.
+        /// Sum of all overlaps: whole numbers, whose sum depends on no order.
         int64_t overlaps_pm = 0;
-        int64_t overlapping = 0;  ///< how many those are
+        int64_t overlapping = 0;  ///< how many overlap
         void add(const Closeness &other);
     };
     /// `swept_m`: how far the fastest object goes in the step; below 0 without objects. With them

@@ -99,8 +99,8 @@ class NativeGuest : protected GuestState {
     static void body(void *guest) { static_cast<NativeGuest *>(guest)->live(); }
     void budget_spent(const uint8_t *frame);
 
-    /// The guest that this thread runs; null between runs. A call that is suspended may go on in another thread, so
-    /// that what is called looks at it once, at its begin.
+    /// The guest that this thread runs; null between runs. A call that is suspended may go on in
+    /// another thread, so that what is called looks at it once, at its begin.
     inline static thread_local NativeGuest *running_ __attribute__((tls_model("initial-exec"))) =
         nullptr;
 };

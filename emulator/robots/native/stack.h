@@ -7,8 +7,8 @@
 /// a guest in such a jump to itself. It also ends a call in which, for 5 s of CPU time, the guest's
 /// clock stands still: loops that nothing counts, made of inline assembly or longjmp().
 ///
-/// There is one for each share of the robots (base/team.h): a suspended call comes back to the stack
-/// that it left, in whichever thread. One guest runs on it at a time.
+/// There is one for each share of the robots (base/team.h): a suspended call comes back to the
+/// stack that it left, in whichever thread. One guest runs on it at a time.
 #ifndef KILOTWIN_ROBOTS_NATIVE_STACK_H
 #define KILOTWIN_ROBOTS_NATIVE_STACK_H
 

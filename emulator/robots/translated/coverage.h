@@ -2,8 +2,8 @@
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_COVERAGE_H
 #define KILOTWIN_ROBOTS_TRANSLATED_COVERAGE_H
 
-/// Marks by word address: COVER_RAN of a block that begins there, COVER_TAKEN and COVER_NOT_TAKEN of
-/// the branch there, the others where a message or a tick has interrupted. Behind them, from
+/// Marks by word address: COVER_RAN of a block that begins there, COVER_TAKEN and COVER_NOT_TAKEN
+/// of the branch there, the others where a message or a tick has interrupted. Behind them, from
 /// COVER_DEPTHS on, is a mark for each COVER_DEPTH bytes of memory that the stack pointer has come
 /// down to. The translation exports them.
 enum {

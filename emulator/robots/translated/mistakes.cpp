@@ -123,8 +123,8 @@ void TranslatedRobot::starts_again() {
     image_.strays = false;
 }
 
-/// With its pointer there. Translated code leaves instructions by which a stack comes so deep to the
-/// interpreter; what interrupts push a tick finds.
+/// With its pointer there. Translated code leaves instructions by which a stack comes so deep to
+/// the interpreter; what interrupts push a tick finds.
 void TranslatedRobot::look_at_stack(uint16_t pointer) {
     if (pointer < seam_.variables_end)
         note(STACK_MEETS_DATA, "its stack has grown down to its variables, and overwrites them");

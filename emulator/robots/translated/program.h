@@ -12,8 +12,8 @@
 
 namespace kilotwin {
 
-/// One per shared object and process, however many simulations use it. Two threads at a time execute
-/// robots of different shares.
+/// One per shared object and process, however many simulations use it. Two threads at a time
+/// execute robots of different shares.
 class TranslatedProgram {
   public:
     /// Loads the translation at `path`, or finds it loaded already. It stays for the life of the

@@ -1,8 +1,8 @@
 /// Macros of a watched translation (TRANSLATED_WATCHED), for a trail (robots/trail.h) and for a
 /// debugger (written_bytes.h): they report where the code stands before a store to SRAM that
-/// changes a byte, and before a write that shows on a pin; the lowest byte that has been pushed; and
-/// counters that go on by several passes at once. In other translations they are empty. For regions
-/// alone, as macros of translated/code.h.
+/// changes a byte, and before a write that shows on a pin; the lowest byte that has been pushed;
+/// and counters that go on by several passes at once. In other translations they are empty. For
+/// regions alone, as macros of translated/code.h.
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_WATCHED_H
 #define KILOTWIN_ROBOTS_TRANSLATED_WATCHED_H
 

@@ -4,10 +4,10 @@
 ///
 /// The robot is executed by code that reports its stores (translated/watched.h), and that code
 /// reports how far down it pushes; what others have changed shows where code begins and ends; of
-/// known passes (passes/known_pass.h) it is known what changes in them. More bytes may be noted than
-/// have changed, never fewer, but for passes that repeat up to the next tick: what these change was
-/// noted when the first of them was executed, which may be in the stretch before. So a search of a
-/// stretch has to look at its neighbours too.
+/// known passes (passes/known_pass.h) it is known what changes in them. More bytes may be noted
+/// than have changed, never fewer, but for passes that repeat up to the next tick: what these
+/// change was noted when the first of them was executed, which may be in the stretch before. So a
+/// search of a stretch has to look at its neighbours too.
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_WRITTEN_BYTES_H
 #define KILOTWIN_ROBOTS_TRANSLATED_WRITTEN_BYTES_H
 

@@ -1,6 +1,6 @@
-/* In the manner of behaviours for the ARGoS simulator's Kilobots: it names fields of debug info that
- * nothing declares, has a bool of its own, and sets its lights where it transmits. A robot walks,
- * stays on a black or white cell, says so, and leaves by chance. */
+/* In the manner of behaviours for the ARGoS simulator's Kilobots: it names fields of debug info
+ * that nothing declares, has a bool of its own, and sets its lights where it transmits. A robot
+ * walks, stays on a black or white cell, says so, and leaves by chance. */
 #include "kilolib.h"
 
 #include "agent.h"

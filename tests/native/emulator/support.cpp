@@ -135,6 +135,10 @@ std::vector<Emission> Bench::sent(uint32_t robot) const {
     return out;
 }
 
+std::string text_without_address(const Event &event) {
+    return event.text.substr(0, event.text.find(" at address"));
+}
+
 std::vector<std::string> texts(const Events &events, uint32_t robot, EventKind kind) {
     std::vector<std::string> out;
     for (const auto &event : events)

@@ -119,6 +119,10 @@ inline uint8_t shown(const Robot &robot) { return robot.color(robot.now()); }
 std::vector<std::string> texts(const Events &events, uint32_t robot,
                                EventKind kind = EventKind::PRINT);
 
+/// An event's text up to the address in it, which differs with the place that a program is loaded
+/// to.
+std::string text_without_address(const Event &event);
+
 /// A sample of two robots, no value of which is like another.
 inline Samples two_robots() {
     Samples samples;

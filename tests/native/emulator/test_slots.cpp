@@ -2,7 +2,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "base/slots.h"
 #include "physics/placement.h"
@@ -35,15 +34,15 @@ Outcome outcome_of(SimulationDef def, size_t kept_by_place_from, uint32_t thread
     simulation.advance(500);
     simulation.place(5, {{14.5, -14.5}, 1});
     simulation.turn(6, 2);
-    const Trail &trail = simulation.keep_trail(10'000, false);
+    Trail &trail = simulation.keep_trail(10'000, false);
     simulation.advance(500);
-    for (const Trail::Arrival &one : const_cast<Trail &>(trail).take_arrivals())
+    for (const Trail::Arrival &one : trail.take_arrivals())
         outcome.arrivals.push_back(std::to_string(one.at) + " " + std::to_string(one.from.number) +
                                    " to " + std::to_string(one.to.number));
     std::sort(outcome.arrivals.begin(), outcome.arrivals.end());
     for (const Event &event : simulation.take_events())
         outcome.events.push_back(std::to_string(event.at) + " " + std::to_string(event.robot) +
-                                 " " + event.text.substr(0, event.text.find(" at address")));
+                                 " " + text_without_address(event));
     const Samples samples = simulation.take_samples();
     outcome.x_m = samples.x_m;
     outcome.counts = samples.received;

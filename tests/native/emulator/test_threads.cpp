@@ -39,8 +39,7 @@ Outcome outcome_of(SimulationDef def, uint32_t threads, int64_t ticks, const Med
         for (const Event &event : simulation.take_events())
             // The address that a program is loaded to differs from run to run.
             outcome.events.push_back(std::to_string(event.at) + " " + std::to_string(event.robot) +
-                                     " " + name_of(event.kind) + " " +
-                                     event.text.substr(0, event.text.find(" at address")));
+                                     " " + name_of(event.kind) + " " + text_without_address(event));
     }
     outcome.hash = simulation.result_hash();
     outcome.received = simulation.statistics().medium.received;

@@ -1,11 +1,11 @@
 /// Routines of avr-libc and libgcc that a translation hands to the engine, for speed alone: floats,
-/// divisions and rand(). Each is computed by a few numbers of this computer, and ends as the machine
-/// code does: the same registers, flags, bytes below the stack pointer, and cycles.
+/// divisions and rand(). Each is computed by a few numbers of this computer, and ends as the
+/// machine code does: the same registers, flags, bytes below the stack pointer, and cycles.
 ///
 /// The translator knows a routine by its instructions
 /// (host_tools/kilotwin/programs/translate/routines.py), so that these are of one version of each
-/// library: another one's code is executed as it is. So is a call whose operands are rare (infinity,
-/// results that are no normal numbers), or that an interrupt may come in the midst of.
+/// library: another one's code is executed as it is. So is a call whose operands are rare
+/// (infinity, results that are no normal numbers), or that an interrupt may come in the midst of.
 ///
 /// The plain twin is that code (tests/translation/test_routines.py).
 #ifndef KILOTWIN_ROBOTS_TRANSLATED_ROUTINES_ROUTINES_H
@@ -57,8 +57,8 @@ extern const translated_routine_t translated_routines[ROUTINES];
 }
 #endif
 
-/// Four registers as a number, the lowest byte first. Those of a routine: r22 to r25; r18 to r21; r0,
-/// r26, r27, r1; r30, r31 and, when it is done, flags as in the status register.
+/// Four registers as a number, the lowest byte first. Those of a routine: r22 to r25; r18 to r21;
+/// r0, r26, r27, r1; r30, r31 and, when it is done, flags as in the status register.
 #define NUMBER(r_0, r_1, r_2, r_3) \
     ((uint32_t)(r_0) | (uint32_t)(r_1) << 8 | (uint32_t)(r_2) << 16 | (uint32_t)(r_3) << 24)
 /// Stands in translated code (translated/code.h) where a routine begins. `give` and `take` copy
