@@ -1,9 +1,9 @@
 #include "physics/placement.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <string>
-#include <unordered_map>
 
 #include "base/errors.h"
 #include "base/trigonometry.h"
@@ -15,30 +15,50 @@ namespace {
 constexpr uint64_t TRIES = 20'000;
 
 /// Positions by squares of one diameter: a robot can only touch those of its square and of the
-/// eight around it.
+/// eight around it. The table is as long as there are positions, however large the arena: squares
+/// far from one another may share a row of it.
 class Occupied {
   public:
-    explicit Occupied(double diameter) : diameter_(diameter) {}
+    /// For so many positions at most.
+    Occupied(double diameter, size_t most)
+        : diameter_(diameter),
+          first_(std::bit_ceil(most), NONE) {
+        placed_.reserve(most);
+    }
 
-    void add(const Eigen::Vector2d &p) { squares_[key(column(p.x()), column(p.y()))].push_back(p); }
+    void add(const Eigen::Vector2d &p) {
+        uint32_t &first = first_[row(square(p.x()), square(p.y()))];
+        placed_.push_back({p, first});
+        first = static_cast<uint32_t>(placed_.size() - 1);
+    }
 
     bool is_free(const Eigen::Vector2d &p) const {
-        for (int64_t x = column(p.x()) - 1; x <= column(p.x()) + 1; x++)
-            for (int64_t y = column(p.y()) - 1; y <= column(p.y()) + 1; y++) {
-                auto square = squares_.find(key(x, y));
-                if (square == squares_.end()) continue;
-                for (const auto &other : square->second)
-                    if ((other - p).squaredNorm() < diameter_ * diameter_) return false;
-            }
+        const int64_t column = square(p.x()), line = square(p.y());
+        for (int64_t x = column - 1; x <= column + 1; x++)
+            for (int64_t y = line - 1; y <= line + 1; y++)
+                for (uint32_t i = first_[row(x, y)]; i != NONE; i = placed_[i].next)
+                    if ((placed_[i].position - p).squaredNorm() < diameter_ * diameter_)
+                        return false;
         return true;
     }
 
   private:
-    int64_t column(double x) const { return static_cast<int64_t>(std::floor(x / diameter_)); }
-    static int64_t key(int64_t x, int64_t y) { return x * (int64_t{1} << 32) + y; }
+    static constexpr uint32_t NONE = UINT32_MAX;
+    struct Placed {
+        Eigen::Vector2d position;
+        uint32_t next;  ///< of the same row; NONE: it is the last
+    };
+
+    int64_t square(double way) const { return static_cast<int64_t>(std::floor(way / diameter_)); }
+    /// Those of a column lie side by side, columns far from one another: the golden ratio.
+    size_t row(int64_t x, int64_t y) const {
+        constexpr uint64_t APART = 0x9E37'79B9'7F4A'7C15;
+        return (static_cast<uint64_t>(x) * APART + static_cast<uint64_t>(y)) & (first_.size() - 1);
+    }
 
     double diameter_;
-    std::unordered_map<int64_t, std::vector<Eigen::Vector2d>> squares_;
+    std::vector<uint32_t> first_;  ///< of each row: index in placed_
+    std::vector<Placed> placed_;
 };
 
 }  // namespace
@@ -50,7 +70,7 @@ void place_uniformly(std::vector<Pose> &poses, size_t count, const Arena &arena,
             return placed.object.gap(placed.pose, point) < radius_m;
         });
     };
-    Occupied occupied(2 * radius_m);
+    Occupied occupied(2 * radius_m, poses.size() + count);
     for (const auto &pose : poses) occupied.add(pose.position);
     for (size_t i = 0; i < count; i++) {
         auto robot = static_cast<uint32_t>(poses.size());

@@ -307,8 +307,10 @@ void Simulation::boot() {
     NativeGuest::serve_this_thread();
     note_work(true);
     give_commands(start_);
-    for (auto &robot : robots_) robot.run(start_);
-    for (auto &robot : robots_) robot.count_on(def_.on_ticks);
+    team_.share(robots_.size(), [this](uint32_t /*share*/, size_t begin, size_t end) {
+        for (size_t slot = begin; slot < end; slot++) robots_[slot].run(start_);
+        for (size_t slot = begin; slot < end; slot++) robots_[slot].count_on(def_.on_ticks);
+    });
     channel_->boot(start_);
     for (uint32_t robot : boards_.robots()) wake_[robot] = NEVER;  // the channel executes them
     for (auto &robot : robots_) robot.emissions().clear();

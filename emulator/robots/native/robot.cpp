@@ -53,13 +53,15 @@ void NativeRobot::restore(const Kept &kept) {
     program_->set_state_of(image_, kept.variables.data());
 }
 
-/// setup() may end any time, and a program that does not settle its period may shorten it any time.
+/// A program that does not settle its period may shorten it any time; one that is being set up is
+/// asked for nothing before it goes on.
 Cycles NativeRobot::next_request() const {
-    if (robot_.core.state != ROBOT_RUNNING && robot_.core.state != ROBOT_SETUP) return NEVER;
     if (!program_->may_send()) return NEVER;
-    if (program_->names_period() &&
-        (robot_.core.state == ROBOT_SETUP || !program_->settles_period()))
-        return robot_.next_tick;
+    const bool may_shorten = program_->names_period();
+    if (robot_.core.state == ROBOT_SETUP)
+        return std::max(acts_at_, may_shorten ? robot_.next_tick : robot_.next_request(period_));
+    if (robot_.core.state != ROBOT_RUNNING) return NEVER;
+    if (may_shorten && !program_->settles_period()) return robot_.next_tick;
     return robot_.next_request(period_);
 }
 
@@ -318,6 +320,7 @@ void NativeRobot::write_down(const Reception &reception) const {
 // Time passes up to `wake`; interrupts at that moment come before the program goes on.
 void NativeRobot::wait_until(Cycles wake) {
     robot_.only_ticks_until = 0;
+    if (robot_.core.state == ROBOT_SETUP && !in_interrupt_) acts_at_ = wake;
     look_at_outputs();
     for (;;) {
         while (!in_interrupt_ && robot_.next_interrupt() <= wake &&

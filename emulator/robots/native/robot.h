@@ -36,8 +36,8 @@ struct NativeRobotState {
 
     Own<Rare> rare_;          ///< by written()
     Cycles state_since_ = 0;  ///< for the light of states
-    Cycles acts_at_ = 0;      ///< when the main loop sees the state; of SLEEPING: when it last
-                              ///< went down (sleep_rhythm.h)
+    Cycles acts_at_ = 0;      ///< when the main loop sees the state, or a setup() that waits goes
+                              ///< on; of SLEEPING: when it last went down (sleep_rhythm.h)
     int16_t stale_conversion_ =
         -1;  ///< of get_voltage(): the next message's high gain is read from its channel
     uint16_t period_ = TX_PERIOD_DEFAULT;  ///< kilo_tx_period of a program that settles it

@@ -292,6 +292,27 @@ TEST_CASE("callbacks that wait: run ahead, tick by tick, in chunks and by thread
     }
 }
 
+TEST_CASE("programs whose setup() waits, and commands meanwhile: all ways give the same") {
+    for (uint64_t seed = 55; seed <= 57; seed++) {
+        CAPTURE(seed);
+        Scene scene(square_hall(0.8), seed);
+        if (seed != 57) scene.def.kilobot_medium.emplace().range_m = 0.4;
+        scene.def.step_ticks = seed == 56 ? 4 : 2;
+        scene.add_anywhere("slow_start", 8);
+        scene.add_anywhere("wanderer", 4);
+        scene.tell(5, 1, message(WAKEUP));
+        scene.tell(7, 1, run_message());
+        scene.tell(6, 2, message(RESET));
+        scene.tell(40, 2, run_message());
+        scene.tell(44, 2, message(SLEEP));
+        scene.tell(300, 2, message(WAKEUP));
+        scene.tell(310, 2, run_message());
+        scene.tell(8, 3, message(VOLTAGE));
+        scene.tell(90, 3, run_message());
+        check_all_ways(scene, 900);
+    }
+}
+
 TEST_CASE("programs with delay(), waiting and failing ones among them: the same") {
     Scene scene(round_hall(5), 21);
     scene.def.floor = floor_settings();

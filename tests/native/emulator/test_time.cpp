@@ -120,6 +120,18 @@ TEST_CASE("nothing is sent before RUN, nor while paused") {
     CHECK(times(bench.sent(0)) == std::vector<Cycles>{ticks(41), ticks(90)});
 }
 
+TEST_CASE("nothing is asked of a program before its setup() goes on from a wait") {
+    Bench bench({"slow_start"});
+    const Cycles run_at = ticks(30) + 7;  // its transmit clock is over by then
+    bench.tell(run_at, 0, run_message());
+    bench.run(ticks(32));
+    CHECK(bench.robot(0).next_ask() == run_at + 300 * MS);
+    bench.run(ticks(45));
+    const Cycles first = (run_at + 315 * MS) / TICK_CYCLES + 1;
+    CHECK(bench.said(0) == Texts{"asked at " + std::to_string(first)});
+    CHECK(times(bench.sent(0)) == std::vector<Cycles>{ticks(first)});
+}
+
 TEST_CASE("one of the ticks that come while interrupts are off is counted later") {
     for (const int64_t chunk : {1, 18}) {  // run tick by tick, or at once
         Bench bench({"deaf"});
