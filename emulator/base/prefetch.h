@@ -34,6 +34,13 @@ inline void prefetch_bytes(const void *memory, size_t bytes) {
     for (size_t i = 0; i < cache_lines(bytes); i++) prefetch_line(begin + i);
 }
 
+/// The same for an object no longer than two lines, which may begin anywhere in one.
+template <typename T> void prefetch_object(const T &object) {
+    const auto *begin = reinterpret_cast<const char *>(&object);
+    prefetch_line(begin);
+    prefetch_line(begin + sizeof(T) - 1);
+}
+
 }  // namespace kilotwin
 
 #endif

@@ -115,7 +115,7 @@ void GuestRobots::begin_events(uint32_t lane) {
     for (uint32_t i = 0; i < planned.size(); i++)
         share.events.add({planned[i].emission.at, What::BEGIN, i});
     share.events.sort(channel_.now(), context_.step,
-                      [&](const GuestEvent &event) { return robot_of(share, event); });
+                      [&](const GuestEvent &event) { return robot_of(event, planned); });
 }
 
 /// Splits off the planned frames of this step that are not of a share's own lane.
@@ -189,6 +189,7 @@ void GuestRobots::give_turn(uint32_t robot) {
     if (station.in_turn) return;
     station.in_turn = true;
     lane_of(robot).turns.push_back(robot);
+    if (station.arrival == FramesInFlight::NONE) return;
     Share &share = shares_[context_.robots[robot].share()];
     hand_over_up_to(std::exchange(station.arrival, FramesInFlight::NONE), share);
 }
@@ -509,11 +510,12 @@ void GuestRobots::prefetch_receiver(uint32_t robot) const {
 
 // Those whose requests are looked at, and those around them.
 void GuestRobots::prefetch_senders_after(const Share &share, size_t i) const {
-    constexpr size_t SOON = 3, LATER = 5, LATEST = 7;
+    constexpr size_t SOON = 4, LATER = 8, LATEST = 14;
     if (!prefetches(context_.robots.size()) || i + LATEST >= share.senders.size()) return;
     const uint32_t latest = share.senders[i + LATEST];
     channel_.in_flight().prefetch(latest);
     context_.robots[latest].prefetch();
+    context_.robots[share.senders[i + LATER]].prefetch_ask();
     channel_.prefetch_lookahead(share.senders[i + SOON], share.senders[i + LATER], latest);
 }
 
@@ -530,20 +532,23 @@ void GuestRobots::prefetch_first_after(const Share &share, size_t i) const {
 
 // The robots that are asked or begin a frame, and those around them.
 void GuestRobots::prefetch_events(Share &share) {
-    constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8, PLANNED = 12;
+    constexpr size_t SOONER = 3, SOON = 6, LATER = 9, LATEST = 12, PLANNED = 18;
     const auto &robots = context_.robots;
     const GuestEvents &events = share.events;
     if (!prefetches(robots.size()) || events.later(PLANNED) == nullptr) return;
     auto is_request = [&](size_t turns) { return events.later(turns)->what == What::REQUEST; };
-    auto robot_at = [&](size_t turns) { return robot_of(share, *events.later(turns)); };
+    const auto &planned = planned_in(share);
+    auto robot_at = [&](size_t turns) { return robot_of(*events.later(turns), planned); };
     // Events are in order of time, the frames that they stand for are not.
-    if (!is_request(PLANNED)) prefetch_line(&planned_in(share)[events.later(PLANNED)->number]);
+    if (!is_request(PLANNED)) prefetch_line(&planned[events.later(PLANNED)->number]);
     const FramesInFlight &in_flight = channel_.in_flight();
     const Neighbours &lists = context_.bodies.lists();
     const uint32_t latest = robot_at(LATEST), later = robot_at(LATER), sooner = robot_at(SOONER);
     lists.prefetch_place(latest);
     in_flight.prefetch(latest);
     in_flight.prefetch_message(latest);
+    channel_.prefetch_next_begin(latest);
+    channel_.prefetch_range(latest);
     if (is_request(LATEST)) robots[latest].prefetch();
     lists.prefetch(later);
     if (is_request(LATER)) robots[later].prefetch_state();
@@ -557,9 +562,8 @@ void GuestRobots::prefetch_events(Share &share) {
             robots[other].prefetch_light();
 }
 
-uint32_t GuestRobots::robot_of(Share &share, const GuestEvent &event) {
-    if (event.what == What::REQUEST) return event.number;
-    return planned_in(share)[event.number].emission.robot;
+uint32_t GuestRobots::robot_of(const GuestEvent &event, const std::vector<PlannedFrame> &planned) {
+    return event.what == What::REQUEST ? event.number : planned[event.number].emission.robot;
 }
 
 /// Whether a robot that sends in this step or the next reaches another one.

@@ -135,7 +135,8 @@ class GuestRobots final : public Stations {
     void prefetch_receiver(uint32_t robot) const;
     void prefetch_senders_after(const Share &share, size_t i) const;
     void prefetch_first_after(const Share &share, size_t i) const;
-    uint32_t robot_of(Share &share, const GuestEvent &event);
+    /// `planned`: frames of the event's lane in this step.
+    static uint32_t robot_of(const GuestEvent &event, const std::vector<PlannedFrame> &planned);
     bool is_in_range(uint32_t sender, uint32_t other) const;
     bool may_be_in_range(uint32_t sender, uint32_t other) const;
     void take_request(uint32_t index, Cycles at);

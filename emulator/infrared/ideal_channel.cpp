@@ -139,7 +139,7 @@ void IdealChannel::end_step_in_order() {
             if (a.emission.at != b.emission.at) return a.emission.at < b.emission.at;
             return a.emission.robot < b.emission.robot;
         });
-    send_all(all, share, [&](const Emission &emission, const Receiver &receiver) {
+    send_all(all, 0, [&](const Emission &emission, const Receiver &receiver) {
         deliver(emission, receiver, share.counts);
     });
 }
@@ -152,7 +152,7 @@ void IdealChannel::end_step_by_place() {
         Share &share = shares_[number];
         share.on_way.resize(shares_.size());
         for (auto &deliveries : share.on_way) deliveries.clear();
-        send_all(frames_by_sender(number), share,
+        send_all(frames_by_sender(number), number,
                  [&](const Emission &emission, const Receiver &receiver) {
                      const uint32_t to =
                          context_.team.share_of(receiver.robot, context_.robots.size());
@@ -174,7 +174,7 @@ std::vector<PlannedFrame> &IdealChannel::frames_by_sender(uint32_t share) {
 
 /// Delivers what senders of all shares have for receivers of one.
 void IdealChannel::deliver_to(uint32_t number) {
-    constexpr size_t LATER = 8;
+    constexpr size_t LATER = 16;
     const bool many = prefetches(context_.robots.size());
     Share &share = shares_[number];
     auto &arriving = share.on_way[number];
@@ -207,7 +207,7 @@ void IdealChannel::sort_by_robot(StepSorter<T> &sorter, std::vector<T> &items, u
 
 /// Frames of the step that begins at now_, whose senders and `share` belong together.
 template <typename Deliver>
-void IdealChannel::send_all(const std::vector<PlannedFrame> &frames, Share &share,
+void IdealChannel::send_all(const std::vector<PlannedFrame> &frames, uint32_t share,
                             Deliver deliver) {
     for (size_t i = 0; i < frames.size(); i++) {
         prefetch_after(frames, i);
@@ -215,14 +215,15 @@ void IdealChannel::send_all(const std::vector<PlannedFrame> &frames, Share &shar
         Sender &sender = senders_[emission.robot];
         sender.planned--;
         next_begin_[emission.robot] = sender.planned > 0 ? next : sender.next_request;
-        send(emission, share.counts, deliver);
+        send(emission, share, deliver);
     }
 }
 
 // Cells receive a frame whatever its CRC, robots drop one that is wrong.
 template <typename Deliver>
-void IdealChannel::send(const Emission &emission, ChannelCounts &counts, Deliver deliver) {
+void IdealChannel::send(const Emission &emission, uint32_t share, Deliver deliver) {
     const uint32_t sender = emission.robot;
+    ChannelCounts &counts = shares_[share].counts;
     counts.sent++;
     frames_of_[sender].sent++;
     CheckedMessage &message = senders_[sender].message;
@@ -240,7 +241,7 @@ void IdealChannel::send(const Emission &emission, ChannelCounts &counts, Deliver
         counts.wrong_crc++;
         return;
     }
-    for (const auto &receiver : receivers_of(sender)) deliver(emission, receiver);
+    for (const auto &receiver : receivers_of(sender, share)) deliver(emission, receiver);
 }
 
 void IdealChannel::deliver(const Emission &emission, const Receiver &receiver,
@@ -268,15 +269,14 @@ void IdealChannel::deliver(uint32_t robot, Trail::Station from, Cycles begin,
     counts_.received++;
 }
 
-/// The receivers of `robot` now. They are not kept while it moves: they would not hold.
-const std::vector<Receiver> &IdealChannel::receivers_of(uint32_t robot) {
+/// The receivers of `robot` now, to a share. They are not kept while it moves: they would not hold.
+const std::vector<Receiver> &IdealChannel::receivers_of(uint32_t robot, uint32_t share) {
     const Bodies &bodies = context_.bodies;
     if (context_.run_ahead && receivers_hold(robot)) return in_range_.kept(robot);
     const bool keep = bodies.still_since(robot) != NEVER;
     senders_[robot].receivers_at = keep ? now_ : NEVER;
     auto place_of = [&](uint32_t other) { return bodies.position(other); };
-    return in_range_.find(robot, bodies.lists().of(robot), place_of, keep,
-                          context_.robots[robot].share());
+    return in_range_.find(robot, bodies.lists().of(robot), place_of, keep, share);
 }
 
 /// Whether no robot that could matter has moved since the receivers of `robot` were found.
@@ -291,7 +291,7 @@ bool IdealChannel::receivers_hold(uint32_t robot) const {
 
 /// Brings into the cache what the senders some turns after the i-th need, and their receivers.
 void IdealChannel::prefetch_after(const std::vector<PlannedFrame> &frames, size_t i) const {
-    constexpr size_t SOONER = 2, LATER = 6, LATEST = 8;
+    constexpr size_t SOONER = 4, LATER = 8, LATEST = 12;
     const auto &robots = context_.robots;
     if (!prefetches(robots.size()) || i + LATEST >= frames.size()) return;
     auto sender = [&](size_t turns) { return frames[i + turns].emission.robot; };

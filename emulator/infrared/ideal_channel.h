@@ -100,12 +100,12 @@ class IdealChannel final : public Channel {
     void sort_by_robot(StepSorter<T> &sorter, std::vector<T> &items, uint32_t share,
                        RobotOf robot_of, ThenOf then_of) const;
     template <typename Deliver>
-    void send_all(const std::vector<PlannedFrame> &frames, Share &share, Deliver deliver);
+    void send_all(const std::vector<PlannedFrame> &frames, uint32_t share, Deliver deliver);
     /// Finds the receivers, if its CRC is right.
     template <typename Deliver>
-    void send(const Emission &emission, ChannelCounts &counts, Deliver deliver);
+    void send(const Emission &emission, uint32_t share, Deliver deliver);
     void deliver(const Emission &emission, const Receiver &receiver, ChannelCounts &counts);
-    const std::vector<Receiver> &receivers_of(uint32_t robot);
+    const std::vector<Receiver> &receivers_of(uint32_t robot, uint32_t share);
     bool receivers_hold(uint32_t robot) const;
 
     double range_m_;

@@ -172,7 +172,7 @@ void KilobotChannel::run_lane(uint32_t lane) {
 // First the senders' records, which say where frames are, then frames, which say whom they reached,
 // then what the channel and what a kind of stations keeps of these.
 void KilobotChannel::prefetch_frame_ends(const Ends &ends) {
-    constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
+    constexpr size_t SOONER = 3, SOON = 6, LATER = 9, LATEST = 12;
     if (!prefetches(context_.robots.size()) || ends.size() <= LATEST) return;
     const uint32_t latest = ends.sender(LATEST);
     in_flight_.prefetch(latest);

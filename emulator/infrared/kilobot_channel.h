@@ -94,6 +94,7 @@ class KilobotChannel final : public Channel {
     Cycles next_begin(uint32_t robot) const { return next_begin_[robot]; }
     /// How far a robot is received: drawn once for the run.
     double robot_range_m(uint32_t robot) const { return ranges_m_[robot]; }
+    void prefetch_range(uint32_t robot) const { prefetch_line(&ranges_m_[robot]); }
 
     /// Whether all stations are robots as guests: all light is theirs, or comes from above.
     bool has_guests_only() const { return others_.empty(); }

@@ -70,10 +70,11 @@ class Bodies {
     /// Multiplies the speeds of a robot's motors for good, from now on.
     void scale_motors(uint32_t robot, double left, double right);
 
-    /// Prefetches what command() needs of a robot: two lines.
+    /// Prefetches what command() needs of a robot.
     void prefetch(uint32_t robot) const {
-        prefetch_line(&trajectories_[robot]);
+        prefetch_object(trajectories_[robot]);
         prefetch_line(&commands_[robot]);
+        prefetch_line(&next_change_[robot]);
     }
 
     /// Prefetches what position() needs.
@@ -226,7 +227,9 @@ class Bodies {
     void find_candidates(uint32_t robot);
     /// Robots whose centres are farther apart cannot touch within a step.
     double contact_reach_m() const { return 2 * radius_m_ + contact_gap_m_; }
-    void prefetch_ahead(const Share &share, size_t i) const;
+    void prefetch_near_after(const Share &share, size_t i) const;
+    void prefetch_touching_after(const Share &share, size_t i) const;
+    void prefetch_held_after(const Share &share, size_t i) const;
     void find_contacts();
     void find_touching(Share &share, size_t begin, size_t end);
     bool may_touch(uint32_t robot);

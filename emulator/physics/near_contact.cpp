@@ -36,14 +36,32 @@ void Bodies::find_candidates(uint32_t robot) {
 }
 
 /// Prefetches what may_touch() needs of robots after the i-th.
-void Bodies::prefetch_ahead(const Share &share, size_t i) const {
-    constexpr size_t LATER = 4, LATEST = 6;
+void Bodies::prefetch_near_after(const Share &share, size_t i) const {
+    constexpr size_t SOON = 4, LATER = 8, LATEST = 12;
     if (!prefetches(size()) || i + LATEST >= share.near_contact.size()) return;
+    for (uint32_t other : candidates_[share.near_contact[i + SOON]].robots) prefetch_place(other);
     const uint32_t latest = share.near_contact[i + LATEST];
-    prefetch_line(&trajectories_[latest]);
+    prefetch_object(trajectories_[latest]);
     prefetch_line(&candidates_[latest]);
     lists_.prefetch_place(latest);
     lists_.prefetch(share.near_contact[i + LATER]);
+}
+
+/// The same of for_each_touched().
+void Bodies::prefetch_touching_after(const Share &share, size_t i) const {
+    constexpr size_t SOON = 5, LATER = 10;
+    if (!prefetches(size()) || i + LATER >= share.touching.size()) return;
+    for (uint32_t other : candidates_[share.touching[i + SOON]].robots) prefetch_place(other);
+    prefetch_line(&candidates_[share.touching[i + LATER]]);
+}
+
+/// The same of fill_body().
+void Bodies::prefetch_held_after(const Share &share, size_t i) const {
+    constexpr size_t LATER = 12;
+    if (!prefetches(size()) || i + LATER >= share.held.size()) return;
+    const uint32_t later = share.held[i + LATER].robot;
+    prefetch_line(&candidates_[later]);
+    prefetch_object(trajectories_[later]);
 }
 
 /// Finds the robots that may touch a body or a wall within this step, and all that those may push
@@ -74,7 +92,7 @@ void Bodies::find_touching(Share &share, size_t begin, size_t end) {
     share.touching.clear();
     share.shift_square = 0;
     for (size_t i = 0; i < share.near_contact.size(); i++) {
-        prefetch_ahead(share, i);
+        prefetch_near_after(share, i);
         const uint32_t robot = share.near_contact[i];
         if (!may_touch(robot)) continue;
         is_touching_[robot] = true;
@@ -98,10 +116,12 @@ template <typename Visit> void Bodies::for_each_touched(uint32_t robot, Visit vi
 void Bodies::find_touched(Share &share) {
     share.pairs.clear();
     share.asides.clear();
-    for (const uint32_t robot : share.touching)
-        for_each_touched(robot, [&](const Pair &pair) {
+    for (size_t i = 0; i < share.touching.size(); i++) {
+        prefetch_touching_after(share, i);
+        for_each_touched(share.touching[i], [&](const Pair &pair) {
             (is_touching_[pair.other] ? share.pairs : share.asides).push_back(pair);
         });
+    }
 }
 
 /// A robot touches though that was not found when it was looked at alone.
@@ -271,7 +291,9 @@ void Bodies::step_contacts() {
 
 /// Makes the bodies of a share's robots, from position `number` on.
 void Bodies::fill_bodies(const Share &share, uint32_t number) {
-    for (const auto &[robot, last_number] : share.held) {
+    for (size_t i = 0; i < share.held.size(); i++) {
+        prefetch_held_after(share, i);
+        const auto &[robot, last_number] = share.held[i];
         candidates_[robot].body_number = number;
         const Going now = going(robot);
         crowd_.driven[number] = last_number == Held::NEW

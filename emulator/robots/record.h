@@ -152,6 +152,7 @@ struct RobotRecord : GuestTime {
     /// So many times running its program had no message when requested, up to QUIET.
     uint8_t nulls : 3 = 0;
     uint8_t noted = 0;  ///< Mistakes
+    uint8_t color = 0;  ///< of the LED, as the program set it
 
     void *own = nullptr;  ///< its driver's state of it
     RobotContext *context;
@@ -173,15 +174,14 @@ struct RobotRecord : GuestTime {
     message_t outgoing;  ///< of the attempt
     /// Reading of the light sensor from now on, 0..1023; set from outside.
     int16_t light = 0;
+    uint8_t left = 0, right = 0;                    ///< duties
     Few<std::pair<Cycles, Cycles>, 1> frames_seen;  ///< light on the receiver: begin, end
     Cycles driven = 0;                              ///< with a motor on, up to driving_since
     Cycles driving_since = NEVER;
-    uint32_t rand_hard_draws = 0;  ///< so far
-    uint32_t delivered = 0;        ///< messages that its program has got
-    uint8_t left = 0, right = 0;   ///< duties
-    uint8_t color = 0;             ///< of the LED, as the program set it
-    uint32_t decisions = 0;        ///< times that LED or motors changed, a tick apart at least
+    uint32_t delivered = 0;  ///< messages that its program has got
+    uint32_t decisions = 0;  ///< times that LED or motors changed, a tick apart at least
     Cycles last_decision = 0;
+    uint32_t rand_hard_draws = 0;  ///< so far
 
     // ... and what changes rarely.
     Cycles overflow = NEVER;  ///< after a retry: when the timer's next ordinary match comes

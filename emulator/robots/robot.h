@@ -39,6 +39,9 @@ class alignas(64) Robot {
         prefetch_bytes(record_.own, driver().own_bytes());
     }
 
+    /// Prefetches what next_ask() looks at besides the record, which is in the cache by now.
+    void prefetch_ask() const { prefetch_bytes(record_.own, 2 * sizeof(CacheLine)); }
+
     /// Prefetches the record's first line: that of is_mute() and is_deaf().
     void prefetch_life() const { prefetch_line(this); }
 

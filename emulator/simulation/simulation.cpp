@@ -265,14 +265,15 @@ void Simulation::take_motor_commands(uint32_t robot) {
 
 /// Brings into the cache what run_until() needs of the robots due some turns after the i-th.
 void Simulation::prefetch_lookahead_after(const Share &share, size_t i) const {
-    constexpr size_t SOON = 3, LATER = 5, LATEST = 7;
+    constexpr size_t SOON = 4, LATER = 8, LATEST = 12;
     if (!prefetches(size()) || i + LATEST >= share.due.size()) return;
+    robots_[share.due[i + LATEST]].prefetch_life();
     channel_->prefetch_lookahead(share.due[i + SOON], share.due[i + LATER], share.due[i + LATEST]);
 }
 
 /// The same of run_share().
 void Simulation::prefetch_due_after(const Share &share, size_t i) const {
-    constexpr size_t LATER = 5, LATEST = 7;
+    constexpr size_t LATER = 5, LATEST = 8;
     if (!prefetches(size()) || i + LATEST >= share.due.size()) return;
     const uint32_t latest = share.due[i + LATEST];
     robots_[latest].prefetch();
