@@ -10,6 +10,7 @@ so that a sanitizer's library can be loaded into it (`make tsan`).
 import argparse
 import hashlib
 import json
+import math
 import os
 import sys
 from dataclasses import dataclass
@@ -30,11 +31,12 @@ class Scene:
     seconds: float
 
 
-def _walk(cpu: str, medium: str) -> Scene:
-    """Walkers that hear and touch their neighbours: 200 robots on 1 m2."""
-    settings = (f"robots.0.cpu={cpu}", f"medium.kind={medium}", "robots.0.count=200")
-    table = ("arena.width_m=1.0", "arena.height_m=1.0")
-    return Scene("experiments/porting/translated.toml", (*settings, *table), 30)
+def _walk(cpu: str, medium: str, robots: int = 200, seconds: float = 30) -> Scene:
+    """Walkers that hear and touch their neighbours, 200 on each m2."""
+    side_m = math.sqrt(robots / 200)
+    settings = (f"robots.0.cpu={cpu}", f"medium.kind={medium}", f"robots.0.count={robots}")
+    table = (f"arena.width_m={side_m}", f"arena.height_m={side_m}")
+    return Scene("experiments/porting/translated.toml", (*settings, *table), seconds)
 
 
 SCENES = {
@@ -42,6 +44,9 @@ SCENES = {
     "native-kilobot": _walk("native", "kilobot"),
     "translated-ideal": _walk("translated", "ideal"),
     "translated-kilobot": _walk("translated", "kilobot"),
+    # Kept by place, and brought into the cache beforehand.
+    "many-ideal": _walk("native", "ideal", robots=7200, seconds=4),
+    "many-kilobot": _walk("native", "kilobot", robots=7200, seconds=4),
     "floor": Scene("experiments/paper/simplified-n100.toml", (), 60),
     "walls": Scene("experiments/objects/bottleneck.toml", (), 40),
     "objects": Scene("experiments/objects/transport.toml", (), 40),
