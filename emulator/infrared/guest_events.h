@@ -13,17 +13,19 @@
 
 namespace kilotwin {
 
-/// A robot is asked, or a frame that is planned for this step begins.
+/// A robot is asked, or a frame that it has planned for this step begins.
 struct GuestEvent {
-    /// In this order when at the same time.
-    enum class What : uint8_t { BEGIN, REQUEST };
+    static constexpr uint32_t NONE = UINT32_MAX;
 
     Cycles at;
-    What what;
-    uint32_t number;  ///< robot; of a BEGIN: which of the step's planned frames
+    uint32_t robot;
+    uint32_t frame = NONE;  ///< which of the step's planned frames begins; NONE: it is a request
+
+    bool is_request() const { return frame == NONE; }
+    /// Begins of frames come before requests at the same time, then the lower robot comes first.
     bool operator>(const GuestEvent &other) const {
         if (at != other.at) return at > other.at;
-        return what != other.what ? what > other.what : number > other.number;
+        return is_request() != other.is_request() ? is_request() : robot > other.robot;
     }
 };
 
@@ -41,16 +43,11 @@ class GuestEvents {
     /// Adds an event in any order, before sort().
     void add(const GuestEvent &event) { events_.push_back(event); }
 
-    /// Sorts those added, in the step that begins at `begin` and lasts `step`. Begins of frames at
-    /// the same time are in order of `robot_of(event)`.
-    template <typename RobotOf> void sort(Cycles begin, Cycles step, RobotOf robot_of) {
+    /// Sorts those added, in the step that begins at `begin` and lasts `step`.
+    void sort(Cycles begin, Cycles step) {
         sorter_.sort(
             events_, begin, step, [](const GuestEvent &event) { return event.at; },
-            [&](const GuestEvent &a, const GuestEvent &b) {
-                if (a.at != b.at || a.what != b.what || a.what != GuestEvent::What::BEGIN)
-                    return b > a;
-                return robot_of(a) < robot_of(b);
-            });
+            [](const GuestEvent &a, const GuestEvent &b) { return b > a; });
     }
 
     /// Adds an event of this step, which lasts until `end`, or of a later one.

@@ -90,13 +90,13 @@ Cycles GuestRobots::request_of(uint32_t robot) const {
 
 void GuestRobots::give_later_turns() {
     for (Share &share : shares_) share.events.move_later(later_);
-    for (const GuestEvent &event : later_) give_turn(event.number);
+    for (const GuestEvent &event : later_) give_turn(event.robot);
 }
 
 // They are all requests: a frame is scheduled by itself only for the step in which it begins.
 void GuestRobots::change_lanes() {
     for (Share &share : shares_) share.events.move_later(later_);
-    for (const GuestEvent &event : later_) lane_of(event.number).events.put_back(event);
+    for (const GuestEvent &event : later_) lane_of(event.robot).events.put_back(event);
     later_.clear();
 }
 
@@ -113,9 +113,8 @@ void GuestRobots::begin_events(uint32_t lane) {
     }
     const auto &planned = planned_in(share);
     for (uint32_t i = 0; i < planned.size(); i++)
-        share.events.add({planned[i].emission.at, What::BEGIN, i});
-    share.events.sort(channel_.now(), context_.step,
-                      [&](const GuestEvent &event) { return robot_of(event, planned); });
+        share.events.add({planned[i].emission.at, planned[i].emission.robot, i});
+    share.events.sort(channel_.now(), context_.step);
 }
 
 /// Splits off the planned frames of this step that are not of a share's own lane.
@@ -150,7 +149,7 @@ void GuestRobots::take_joined(Share &joint) {
 void GuestRobots::begin_event(Share &share, uint32_t robot) {
     const Cycles end = channel_.end();
     auto request = [&](Cycles at) {
-        share.events.add({at, What::REQUEST, robot});
+        share.events.add({at, robot});
         give_turn(robot);
     };
     const auto &station = channel_.in_flight().station(robot);
@@ -241,8 +240,8 @@ std::vector<PlannedFrame> &GuestRobots::planned_in(Share &share) {
 }
 
 /// Adds to the events of a robot's lane in this step, or to those of later steps.
-void GuestRobots::schedule(uint32_t robot, const GuestEvent &event) {
-    lane_of(robot).events.schedule(event, channel_.end());
+void GuestRobots::schedule(const GuestEvent &event) {
+    lane_of(event.robot).events.schedule(event, channel_.end());
 }
 
 Cycles GuestRobots::next_event(uint32_t lane) const {
@@ -254,8 +253,8 @@ void GuestRobots::take_event(uint32_t lane) {
     Share &share = shares_[lane];
     const GuestEvent event = share.turn = share.events.take();
     prefetch_events(share);
-    if (event.what == What::REQUEST) return take_request(event.number, event.at);
-    const auto &[emission, next] = planned_in(share)[event.number];
+    if (event.is_request()) return take_request(event.robot, event.at);
+    const auto &[emission, next] = planned_in(share)[event.frame];
     channel_.in_flight().station(emission.robot).planned--;
     channel_.next_begin(emission.robot) = next;
     channel_.begin_frame(emission.robot, emission.at, emission.message, true);
@@ -287,7 +286,7 @@ void GuestRobots::take_request(uint32_t index, Cycles at) {
     const auto &station = channel_.in_flight().station(index);
     const Cycles next = channel_.next_begin(index);
     if (next < channel_.end() && station.frame == FramesInFlight::NONE && station.planned == 0)
-        schedule(index, {std::max(next, at + 1), What::REQUEST, index});
+        schedule({std::max(next, at + 1), index});
 }
 
 /// Whether nothing but light can make a tentative run wrong, and none falls on it.
@@ -305,8 +304,7 @@ bool GuestRobots::run_tentatively(uint32_t index) {
     channel_.in_flight().station(index).is_tentative = true;
     channel_.next_begin(index) = 0;  // it may be brought back, and then speak
     const Cycles due = tentative_.due(index);
-    if (tentative_.has_message(index) && due < channel_.end())
-        schedule(index, {due, What::REQUEST, index});
+    if (tentative_.has_message(index) && due < channel_.end()) schedule({due, index});
     ran_ahead_(index, due);
     return true;
 }
@@ -332,13 +330,13 @@ void GuestRobots::bring_back(uint32_t index, const Frame &frame) {
     Cycles until = frame.begin;
     // Asked at the same time it would have had its turn before the frame's sender.
     const GuestEvent &turn = lane_of(index).turn;
-    const bool was_asked = turn.what == What::REQUEST && turn.at == frame.begin &&
-                           turn.number == frame.sender && index < frame.sender;
+    const bool was_asked = turn.is_request() && turn.at == frame.begin &&
+                           turn.robot == frame.sender && index < frame.sender;
     if (was_asked && next_request(robot) == until) tentative_.go_on(index, ++until);
     context_.bodies.take_back_commands(index, until);
     ran_ahead_(index, until);
     const Cycles next = channel_.next_begin(index) = next_request(robot);
-    if (next < channel_.end()) schedule(index, {next, What::REQUEST, index});
+    if (next < channel_.end()) schedule({next, index});
 }
 
 /// Whether carrier sense is known to find the channel free if the robot's request comes at `at`: it
@@ -410,9 +408,7 @@ void GuestRobots::plan_frames(uint32_t index, Cycles requested_at) {
         const bool soon = requested_at != NEVER && emission.at < channel_.end();
         Share &share = soon ? lane_of(index) : shares_[robot.share()];
         PlannedFrames &planned = share.planned;
-        if (soon)
-            schedule(index,
-                     {emission.at, What::BEGIN, static_cast<uint32_t>(planned_in(share).size())});
+        if (soon) schedule({emission.at, index, static_cast<uint32_t>(planned_in(share).size())});
         PlannedFrame &frame = planned.add(emission.at, context_.step);
         frame.emission = emission;
         frame.emission.robot = index;
@@ -432,8 +428,7 @@ void GuestRobots::sensed(const Frame &frame, bool busy) {
 // The robot has moved its compare value by then: the next request comes within a tick.
 void GuestRobots::gave_up(const Frame &frame) {
     lane_of(frame.sender).counts.attempts_failed++;
-    schedule(frame.sender,
-             {frame.begin + CarrierSense::WINDOW_END + 1, What::REQUEST, frame.sender});
+    schedule({frame.begin + CarrierSense::WINDOW_END + 1, frame.sender});
 }
 
 void GuestRobots::sent(const Frame &frame) {
@@ -445,9 +440,9 @@ void GuestRobots::sent(const Frame &frame) {
     // With a short period of its own it may be asked again within this step.
     const Cycles over = frame.begin + FRAME_CYCLES, next = channel_.next_begin(frame.sender);
     if (!frame.granted)
-        schedule(frame.sender, {over, What::REQUEST, frame.sender});
+        schedule({over, frame.sender});
     else if (next < channel_.end() && station.planned == 0)
-        schedule(frame.sender, {std::max(over, next), What::REQUEST, frame.sender});
+        schedule({std::max(over, next), frame.sender});
 }
 
 // Whatever becomes of the frame: while its light falls on the receiver sensors cannot be read.
@@ -494,7 +489,7 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
     // It may be ordered to run, and then to send, or to answer, before the others are past that.
     const bool is_asked = frame.message->message().type == BOOTPGM_QUERY;
     if (frame.has_orders && (robot.next_ask() == NEVER || is_asked) && end < channel_.end())
-        schedule(index, {end, What::REQUEST, index});
+        schedule({end, index});
 }
 
 // Memory
@@ -536,34 +531,30 @@ void GuestRobots::prefetch_events(Share &share) {
     const auto &robots = context_.robots;
     const GuestEvents &events = share.events;
     if (!prefetches(robots.size()) || events.later(PLANNED) == nullptr) return;
-    auto is_request = [&](size_t turns) { return events.later(turns)->what == What::REQUEST; };
-    const auto &planned = planned_in(share);
-    auto robot_at = [&](size_t turns) { return robot_of(*events.later(turns), planned); };
-    // Events are in order of time, the frames that they stand for are not.
-    if (!is_request(PLANNED)) prefetch_line(&planned[events.later(PLANNED)->number]);
     const FramesInFlight &in_flight = channel_.in_flight();
     const Neighbours &lists = context_.bodies.lists();
-    const uint32_t latest = robot_at(LATEST), later = robot_at(LATER), sooner = robot_at(SOONER);
-    lists.prefetch_place(latest);
-    in_flight.prefetch(latest);
-    in_flight.prefetch_message(latest);
-    channel_.prefetch_next_begin(latest);
-    channel_.prefetch_range(latest);
-    if (is_request(LATEST)) robots[latest].prefetch();
-    lists.prefetch(later);
-    if (is_request(LATER)) robots[later].prefetch_state();
-    for (uint32_t other : lists.of(robot_at(SOON))) {
+    // Events are in order of time, the frames that they stand for are not.
+    if (const GuestEvent &event = *events.later(PLANNED); !event.is_request())
+        prefetch_line(&planned_in(share)[event.frame]);
+    const auto &latest = *events.later(LATEST), &later = *events.later(LATER);
+    lists.prefetch_place(latest.robot);
+    in_flight.prefetch(latest.robot);
+    in_flight.prefetch_message(latest.robot);
+    channel_.prefetch_next_begin(latest.robot);
+    channel_.prefetch_range(latest.robot);
+    if (latest.is_request()) robots[latest.robot].prefetch();
+    lists.prefetch(later.robot);
+    if (later.is_request()) robots[later.robot].prefetch_state();
+    const auto &soon = *events.later(SOON);
+    for (uint32_t other : lists.of(soon.robot)) {
         in_flight.prefetch(other);
-        channel_.prefetch_next_begin(other);
+        if (soon.is_request()) channel_.prefetch_next_begin(other);
         context_.bodies.prefetch_place(other);
     }
+    const uint32_t sooner = events.later(SOONER)->robot;
     for (uint32_t other : lists.of(sooner))
         if (in_flight.station(other).heeds_light && is_in_range(sooner, other))
             robots[other].prefetch_light();
-}
-
-uint32_t GuestRobots::robot_of(const GuestEvent &event, const std::vector<PlannedFrame> &planned) {
-    return event.what == What::REQUEST ? event.number : planned[event.number].emission.robot;
 }
 
 /// Whether a robot that sends in this step or the next reaches another one.

@@ -84,8 +84,6 @@ class GuestRobots final : public Stations {
   private:
     static constexpr uint8_t KIND = 0;  ///< the channel assigns it first
 
-    using What = GuestEvent::What;
-
     /// A frame that a robot has received, unless chance loses it there.
     struct Arrival {
         Cycles begin;  ///< of the frame
@@ -108,8 +106,8 @@ class GuestRobots final : public Stations {
         PlannedFrames planned;
         std::vector<PlannedFrame> joined;  ///< those of this step that the joint lane begins
         GuestEvents events;
-        GuestEvent turn = {0, What::BEGIN, 0};  ///< the event that was taken last
-        std::vector<uint32_t> turns;            ///< robots that have turns in this step
+        GuestEvent turn = {0, 0, 0};  ///< the event that was taken last
+        std::vector<uint32_t> turns;  ///< robots that have turns in this step
         /// Frames that robots get when all requests have been taken: none of them is executed
         /// before. Robots that have their turns get theirs at once.
         std::vector<Arrival> arrivals;
@@ -124,7 +122,7 @@ class GuestRobots final : public Stations {
     void run_first(uint32_t index, Cycles until);
     void grant(Robot &robot, Cycles at, Cycles until) const;
     Share &lane_of(uint32_t robot);
-    void schedule(uint32_t robot, const GuestEvent &event);
+    void schedule(const GuestEvent &event);
     void give_turn(uint32_t robot);
     void hand_over(const Arrival &arrival, ChannelCounts &counts);
     void hand_over_up_to(uint32_t last, Share &share);
@@ -135,8 +133,6 @@ class GuestRobots final : public Stations {
     void prefetch_receiver(uint32_t robot) const;
     void prefetch_senders_after(const Share &share, size_t i) const;
     void prefetch_first_after(const Share &share, size_t i) const;
-    /// `planned`: frames of the event's lane in this step.
-    static uint32_t robot_of(const GuestEvent &event, const std::vector<PlannedFrame> &planned);
     bool is_in_range(uint32_t sender, uint32_t other) const;
     bool may_be_in_range(uint32_t sender, uint32_t other) const;
     void take_request(uint32_t index, Cycles at);
