@@ -94,6 +94,14 @@ TEST_CASE("a division by zero, a NULL pointer and an index that is a little off 
     }
 }
 
+TEST_CASE("what one robot's floats have noted is told to no other") {
+    Bench bench({"exact", "exact"});
+    for (uint32_t robot = 0; robot < 2; robot++) bench.tell(10, robot, run_message());
+    bench.run(ticks(30), ticks(1));
+    CHECK(bench.others(1).empty());
+    CHECK_FALSE(bench.said(1).empty());
+}
+
 TEST_CASE("a call through NULL starts the program again, as on the robot, and is noted once") {
     for (Cycles slice : {ticks(1), ticks(500)}) {
         // By uid: from loop(), the callback that sends, the one that receives; main() itself,
