@@ -10,8 +10,8 @@ namespace kilotwin {
 namespace {
 
 std::shared_ptr<const FlashImage> load(const std::string &program) {
-    const bool is_path = program.find('/') != std::string::npos;
-    return FlashImage::load(is_path ? program : std::string(PROGRAMS) + "/" + program + ".elf");
+    if (program.find('/') != std::string::npos) return FlashImage::load(program);
+    return FlashImage::load(PROGRAMS "/" + program + ".elf");
 }
 
 // Bit by bit, as the CRC is defined: the runtime has another way.
