@@ -8,7 +8,7 @@ namespace kilotwin::testing {
 
 bool thorough() { return std::getenv("KILOTWIN_TEST_LONG") != nullptr; }
 
-std::string guest(const std::string &name) { return std::string(GUESTS) + "/" + name + ".so"; }
+std::string guest(const std::string &name) { return GUESTS "/" + name + ".so"; }
 
 message_t message(uint8_t type, std::initializer_list<uint8_t> data) {
     message_t out = {};
