@@ -103,7 +103,7 @@ void check_all_ways(const Scene &scene, int64_t duration_ticks) {
     check_same(ahead, outcome_of(scene.def, false, duration_ticks, {duration_ticks}));
     check_same(ahead, outcome_of(scene.def, true, duration_ticks, {1, 7, 3, 100, 2, 33}));
     check_same(ahead, outcome_of(scene.def, false, duration_ticks, {5, 64, 11}));
-    // A team for a short time: on a loaded machine each loop that it shares waits for the scheduler.
+    // A team for a short time: on a loaded machine each loop that it shares waits for its turn.
     const int64_t short_ticks = std::min<int64_t>(duration_ticks, 500);
     check_same(comparable(outcome_of(scene.def, true, short_ticks, {short_ticks})),
                comparable(outcome_of(scene.def, true, short_ticks, {1, 7, 3, 100, 2, 33}, TEAM)));
