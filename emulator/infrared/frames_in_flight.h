@@ -60,7 +60,7 @@ class FramesInFlight {
         uint64_t draws = 0;         ///< so many numbers were drawn for what it receives
         FrameCounts counts;         ///< of a robot
         uint32_t frame = NONE;      ///< what it sends
-        uint32_t arrival = NONE;    ///< of a robot: the last that it has to get (guest_robots.h)
+        uint32_t arrival = NONE;    ///< the last that a robot has to get (guest_robots.h)
         uint16_t planned = 0;       ///< so many of its frames are planned
         uint8_t kind = 0;           ///< index of its Stations in the channel
         bool heeds_light = false;   ///< a robot that is told when light falls on it

@@ -117,12 +117,7 @@ void IdealChannel::end_step() {
         end_step_in_order();
     else
         end_step_by_place();
-    for (Share &share : shares_) {
-        counts_.sent += share.counts.sent;
-        counts_.wrong_crc += share.counts.wrong_crc;
-        counts_.received += share.counts.received;
-        share.counts = {};
-    }
+    for (Share &share : shares_) counts_ += std::exchange(share.counts, {});
     for (PlannedFrames &frames : frames_) frames.forget(now_, context_.step);
 }
 
@@ -269,7 +264,8 @@ void IdealChannel::deliver(uint32_t robot, Trail::Station from, Cycles begin,
     counts_.received++;
 }
 
-/// The receivers of `robot` now, to a share. They are not kept while it moves: they would not hold.
+/// The receivers of `robot` now, found by a share. They are not kept while it moves: they would not
+/// hold.
 const std::vector<Receiver> &IdealChannel::receivers_of(uint32_t robot, uint32_t share) {
     const Bodies &bodies = context_.bodies;
     if (context_.run_ahead && receivers_hold(robot)) return in_range_.kept(robot);

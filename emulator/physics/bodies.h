@@ -157,11 +157,11 @@ class Bodies {
         std::vector<uint32_t> changing;      ///< their drive changes
         std::vector<uint32_t> near_contact;  ///< to be examined by the broad phase
         std::vector<uint32_t> touching;      ///< those that may touch something
-        std::vector<Pair> pairs;   ///< of two of all that touch, the first of this share; ascending
+        std::vector<Pair> pairs;   ///< two that both touch, the first of this share; ascending
         std::vector<Pair> asides;  ///< `one` touches; as far as is known, `other` does not
         std::vector<Held> held;
         std::vector<Held> held_so_far;  ///< in the last step
-        std::vector<uint32_t> pushed;   ///< of those held
+        std::vector<uint32_t> pushed;   ///< robots held that were pushed
         double drift_square = 0;        ///< the longest since the lists were made, squared
         double shift_square = 0;        ///< the longest in this step of those near a contact
         Overlaps overlaps;              ///< so far
@@ -295,7 +295,7 @@ class Bodies {
     Swarm<double> speeds_;              ///< of its drive, m/s
     Swarm<Cycles> still_since_;         ///< NEVER while it moves
     std::vector<uint8_t> is_held_;      ///< whether it is near a contact, or was: see crowd_
-    std::vector<uint8_t> steps_apart_;  ///< of one that is held: steps since it touched
+    std::vector<uint8_t> steps_apart_;  ///< steps since a robot that is held touched
     std::vector<uint8_t> is_touching_;  ///< whether it may touch something in this step
     Swarm<Cycles> next_contact_;        ///< before this, nothing is near enough to touch
     Swarm<Commands> commands_;          ///< by robot, those of this step and later
@@ -310,7 +310,7 @@ class Bodies {
 
     // Lists of one step; kept for their memory.
     std::vector<Share> shares_;
-    std::vector<Before> before_;   ///< of robots whose drive changes, ascending; and old ones
+    std::vector<Before> before_;   ///< robots whose drive changes, ascending; and old ones
     size_t changing_ = 0;          ///< the number of those
     std::vector<uint32_t> added_;  ///< robots that touch since another does, as they were found
     size_t next_added_ = 0;        ///< the next of them whose neighbours are looked at
@@ -319,7 +319,7 @@ class Bodies {
     std::vector<DrivenBody> driven_so_far_;  ///< those of crowd_ of the last step
     std::vector<Islands::PushedObject> pushed_objects_;
     std::vector<uint8_t> at_object_;  ///< by robot: whether it may touch an object that takes part
-    double longest_shift_m_ = 0;      ///< of a robot that is held, in the last step or this one
+    double longest_shift_m_ = 0;      ///< a held robot's, in the last step or this one
     uint64_t solver_steps_ = 0;
 };
 

@@ -53,16 +53,14 @@ void NativeRobot::restore(const Kept &kept) {
     program_->set_state_of(image_, kept.variables.data());
 }
 
-/// A program that does not settle its period may shorten it any time; one that is being set up is
-/// asked for nothing before it goes on.
+/// setup() may choose any period, and a program that does not settle it may shorten it any time.
+/// One whose setup() has yet to begin, or waits, is asked for nothing before that goes on.
 Cycles NativeRobot::next_request() const {
-    if (!program_->may_send()) return NEVER;
-    const bool may_shorten = program_->names_period();
-    if (robot_.core.state == ROBOT_SETUP)
-        return std::max(acts_at_, may_shorten ? robot_.next_tick : robot_.next_request(period_));
-    if (robot_.core.state != ROBOT_RUNNING) return NEVER;
-    if (may_shorten && !program_->settles_period()) return robot_.next_tick;
-    return robot_.next_request(period_);
+    const bool is_set_up = robot_.core.state == ROBOT_RUNNING;
+    if ((!is_set_up && robot_.core.state != ROBOT_SETUP) || !program_->may_send()) return NEVER;
+    const bool is_settled = !program_->names_period() || (is_set_up && program_->settles_period());
+    const Cycles soonest = is_settled ? robot_.next_request(period_) : robot_.next_tick;
+    return is_set_up ? soonest : std::max(acts_at_, soonest);
 }
 
 inline const volatile uint16_t &NativeRobot::tx_period(const kt_table_t &table) const {

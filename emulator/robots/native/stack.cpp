@@ -180,7 +180,7 @@ void GuestStack::attend_system_calls() {
 
 void GuestStack::prepare_this_thread() {
     signals_of_this_thread();
-    __asm__ volatile("fnclex");  // what the host's libraries have computed
+    __asm__ volatile("fnclex");  // the host's libraries may have left notes
 }
 
 void GuestStack::serve_this_thread() {
